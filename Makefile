@@ -1,0 +1,46 @@
+# Everything here is thin over the package's own commands. Works in an activated virtual
+# environment, or makes its own in .venv.
+PYTHON ?= python3
+VENV := $(if $(VIRTUAL_ENV),$(VIRTUAL_ENV),.venv)
+BIN := $(VENV)/bin
+DRIVER := $(BIN)/liggghts-driver
+INSTALLED := $(VENV)/.liggghts-driver-installed
+SUDO := $(if $(filter 0,$(shell id -u)),,sudo)
+
+.PHONY: demo test lint validate bench docs engine clean
+
+demo: $(INSTALLED) engine           ## the main job on a small case, with a report
+	$(DRIVER) run cases/infiltration_small.toml
+
+test: lint engine                   ## lint, types and every quick test
+	$(BIN)/pytest -m "not validate" -n 2 --dist loadgroup
+
+lint: $(INSTALLED)
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+	$(BIN)/mypy
+
+validate: $(INSTALLED) engine       ## the long physics checks
+	$(BIN)/pytest -m validate -n 2 --dist loadgroup
+
+bench: $(INSTALLED) engine          ## measure, side by side; rewrites docs/benchmarks.md
+	$(BIN)/python -m tests.bench
+
+docs: $(INSTALLED)                  ## what the documentation takes from the code
+	$(DRIVER) schema > docs/scene.schema.json
+
+$(VENV)/bin/python:
+	$(PYTHON) -m venv $(VENV)
+
+$(INSTALLED): pyproject.toml | $(VENV)/bin/python
+	$(BIN)/python -m pip install --quiet --editable ".[dev]"
+	touch $@
+
+# LIGGGHTS itself, from Debian; nothing happens where it is there already.
+engine:
+	@command -v liggghts >/dev/null && command -v mpirun >/dev/null || \
+	  { $(SUDO) apt-get update -qq && $(SUDO) env DEBIAN_FRONTEND=noninteractive \
+	    apt-get install -y -qq --no-install-recommends liggghts openmpi-bin; }
+
+clean:
+	rm -rf build dist .mypy_cache .pytest_cache .ruff_cache

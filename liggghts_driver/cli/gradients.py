@@ -1,0 +1,52 @@
+"""Pressure gradients as written on the command line."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from liggghts_driver.errors import SceneError
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from numpy.typing import NDArray
+
+
+def parse_gradients(texts: Sequence[str]) -> float | NDArray[np.float64]:
+    """One gradient, or several: ``10``, ``1 2 5``, ``1,2,5`` or ``start:stop:count`` [Pa/m].
+
+    Raises
+    ------
+    SceneError
+        Naming everything that is neither.
+    """
+    words = [word for text in texts for word in text.replace(",", " ").split()]
+    values: list[float] = []
+    faults = []
+    for word in words:
+        try:
+            values += _range(word) if ":" in word else [_number(word)]
+        except ValueError as error:
+            faults.append(f"  - --gradient {word!r}: {error}")
+    if faults or not values:
+        hint = "give numbers in Pa/m, or start:stop:count"
+        raise SceneError("\n".join([f"gradients that cannot be understood; {hint}", *faults]))
+    return values[0] if len(values) == 1 else np.array(values)
+
+
+def _range(word: str) -> list[float]:
+    parts = word.split(":")
+    if len(parts) != 3 or not parts[2].isdigit() or int(parts[2]) < 2:
+        raise ValueError("a range is start:stop:count with a count of at least 2")
+    values = np.linspace(_number(parts[0]), _number(parts[1]), int(parts[2]))
+    return [float(value) for value in values]
+
+
+def _number(word: str) -> float:
+    value = float(word)
+    if not math.isfinite(value):
+        raise ValueError("must be a finite number")
+    return value

@@ -1,0 +1,145 @@
+"""What the commands print: tables for people, one JSON document for programs."""
+
+from __future__ import annotations
+
+import json
+from typing import TYPE_CHECKING, Any
+
+from rich.console import Console
+from rich.table import Table
+from rich.text import Text
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+    from pathlib import Path
+
+    from liggghts_driver.engine.doctor import Finding
+
+#: Keys of the estimate that a table shows per gradient, with a heading.
+_PER_GRADIENT = {
+    "pressure_gradient_pa_m": "gradient\nPa/m",
+    "darcy_flux_m_s": "flux q\nm/s",
+    "flow_rate_m3_s": "flow rate Q\nm3/s",
+    "particle_flow_rate_m3_s": "of particles\nm3/s",
+    "pore_velocity_m_s": "pore velocity\nm/s",
+    "reynolds": "Re",
+    "valid": "valid",
+}
+
+
+def document(data: object) -> None:
+    """One JSON document on stdout."""
+    print(json.dumps(data, indent=2))
+
+
+def results(answer: Mapping[str, Any], path: Path, *, reused: bool, as_json: bool) -> None:
+    """The answer of a run."""
+    if as_json:
+        document({**answer, "run_directory": str(path), "reused": reused})
+        return
+    console = Console(soft_wrap=True)
+    if reused:
+        console.print(f"{path} holds this run, finished; nothing was computed again")
+    console.print(f"verdict: [bold]{answer['verdict']}[/bold]")
+    for reason in answer["reasons"]:
+        console.print(f"  {reason}", markup=False)
+    if answer["sections"]:
+        _flow(console, answer)
+    for check in answer["exact"]:
+        console.print(
+            f"{check['name']}: {check['simulated']:.6g}, exactly {check['exact']:.6g}",
+            markup=False,
+        )
+    cost = answer["cost"]
+    console.print(
+        f"{cost['particles']} particles, {cost['steps']} steps in {cost['wall_s']:.1f} s on "
+        f"{cost['ranks']} rank(s)"
+    )
+    console.print(f"report: {path / 'report.html'}", markup=False)
+
+
+def _flow(console: Console, answer: Mapping[str, Any]) -> None:
+    table = Table("", "simulated", "95 % interval", "estimate", "ratio")
+    for name, section in answer["sections"].items():
+        rate = section["particle_flow_rate_m3_s"]
+        table.add_row(
+            f"Q particles, {name} [m3/s]", *_row(rate, answer["comparison"].get(name, {}))
+        )
+    velocity = answer["flowing_velocity_m_s"]
+    table.add_row(
+        "flowing velocity [m/s]",
+        *_row(velocity, answer["comparison"].get("flowing_velocity", {})),
+    )
+    console.print(table)
+    for warning in answer["comparison"].get("estimate_warnings", []):
+        console.print(f"the estimate: {warning}", markup=False)
+
+
+def _row(measured: Mapping[str, Any], compared: Mapping[str, Any]) -> tuple[str, ...]:
+    return (
+        _number(measured["mean"]),
+        f"± {_number(measured['ci95'])}",
+        _number(compared.get("estimated")),
+        _number(compared.get("ratio")),
+    )
+
+
+def _number(value: float | None) -> str:
+    return "-" if value is None else f"{value:.3g}"
+
+
+def estimate(answer: Mapping[str, Any], *, as_json: bool) -> None:
+    """The Darcy estimate."""
+    if as_json:
+        document(answer)
+        return
+    console = Console(soft_wrap=True)
+    columns = {name: _list(answer[name]) for name in _PER_GRADIENT}
+    for name, value in answer.items():
+        if isinstance(value, float) and name not in _PER_GRADIENT:
+            console.print(f"{name:32} {value:.4g}", markup=False)
+    table = Table(*_PER_GRADIENT.values())
+    for row in zip(*columns.values(), strict=True):
+        table.add_row(*(_cell(value) for value in row))
+    console.print(table)
+    for warning in answer["warnings"]:
+        console.print(f"warning: {warning}", markup=False)
+
+
+def _list(value: Any) -> Sequence[Any]:
+    return value if isinstance(value, list) else [value]
+
+
+def _cell(value: Any) -> str:
+    return ("yes" if value else "no") if isinstance(value, bool) else f"{value:.4g}"
+
+
+def explanation(facts: Mapping[str, Any], *, as_json: bool) -> None:
+    """Effects, bounds on the step, and the size of a run."""
+    if as_json:
+        document(facts)
+        return
+    console = Console(soft_wrap=True)
+    table = Table("effect", "", "why")
+    for effect in facts["effects"]:
+        state = "in" if effect["active"] else "out"
+        table.add_row(effect["title"], state, Text(effect["why"]))
+    console.print(table)
+    bounds = Table("bound on the step", "s", "why")
+    for bound in facts["time_step_bounds"]:
+        bounds.add_row(bound["name"], f"{bound['step_s']:.3g}", bound["reason"])
+    console.print(bounds)
+    for name, value in facts["size"].items():
+        text = f"{value:.4g}" if isinstance(value, float) else str(value)
+        console.print(f"{name:28} {text}", markup=False)
+
+
+def doctor(findings: Sequence[Finding], *, as_json: bool) -> None:
+    """What was found, and what is missing."""
+    if as_json:
+        document([vars(finding) for finding in findings])
+        return
+    console = Console(soft_wrap=True)
+    for finding in findings:
+        mark = "ok     " if finding.found else "missing"
+        console.print(f"{mark} {finding.name}: {finding.detail}", markup=False, highlight=False)

@@ -1,0 +1,1 @@
+"""From a case to the text that the engine reads."""

@@ -1,0 +1,188 @@
+"""A case as the engine's input: the deck, and the files it reads."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from liggghts_driver import __version__
+from liggghts_driver.deck.particles import particle_data, simulation_box
+from liggghts_driver.deck.render import render
+from liggghts_driver.effects import active_effects, decide_effects
+from liggghts_driver.effects.base import Column
+from liggghts_driver.effects.piston import piston_stl
+from liggghts_driver.flowing import flowing_threshold_m_s
+
+if TYPE_CHECKING:
+    from liggghts_driver.case import Case
+    from liggghts_driver.effects import Effect
+
+#: Young's moduli that the engine takes without being told that they are meant [Pa].
+_USUAL_MODULI_PA = (5e6, 1e9)
+FRAME_COLUMNS = ("id", "x", "y", "z", "vx", "vy", "vz")
+DATA_FILE = "particles.data"
+SERIES_FILE = "series.txt"
+
+
+@dataclass(frozen=True)
+class Deck:
+    """What the engine reads: file names to texts, ``deck.in`` among them.
+
+    ``sentinel`` is the line that the engine prints last.
+    """
+
+    files: dict[str, str]
+    sentinel: str
+
+
+def build_deck(case: Case, scene_hash: str, ranks: int = 1) -> Deck:
+    """Write the deck of a case.
+
+    Raises
+    ------
+    DeckError
+        If a template and its values do not fit.
+    SceneError
+        If the engine's own rules cannot be kept.
+    """
+    active = active_effects(case.scene)
+    sentinel = f"liggghts-driver: complete {scene_hash[:12]}"
+    values = {
+        "version": __version__,
+        "scene_hash": scene_hash[:12],
+        "sentinel": sentinel,
+        **_domain(case, active, ranks),
+        **_time(case),
+        **_counting(case),
+        **_output(case),
+        "columns": _columns(case, active),
+        "refresh": _refresh(case, active),
+        "effects": [decision for decision in decide_effects(case.scene) if decision.active],
+        "rotation": any(effect.name == "rotation" for effect in active),
+        "active": [_fragment(case, effect) for effect in active],
+    }
+    files = {"deck.in": render("deck.in.j2", values), DATA_FILE: particle_data(case)}
+    if case.scene.piston is not None:
+        files["piston.stl"] = piston_stl(case)
+    return Deck(files, sentinel)
+
+
+def _domain(case: Case, active: tuple[Effect, ...], ranks: int) -> dict[str, object]:
+    moduli = [
+        table.youngs_modulus
+        for table in (case.scene.particles, case.scene.grains, case.scene.walls)
+        if table is not None and table.youngs_modulus is not None
+    ]
+    words = [word for effect in active for word in effect.contact_words]
+    if "tangential" not in words:
+        words[2:2] = ["tangential", "off"]
+    return {
+        "title": case.scene.title or "A scene without a title",
+        "ranks": ranks,
+        "processors": processor_grid(case, ranks),
+        "soft": min(moduli) < _USUAL_MODULI_PA[0],
+        "hard": max(moduli) > _USUAL_MODULI_PA[1],
+        "data_file": DATA_FILE,
+        "type_of": {
+            name: case.type_of(name) if name in case.materials else 0
+            for name in ("particles", "grains", "walls")
+        },
+        "type_names": ", ".join(f"{n} {name}" for n, name in enumerate(case.materials, start=1)),
+        "contact_words": " ".join(words),
+        "skin": case.skin_m,
+    }
+
+
+def processor_grid(case: Case, ranks: int) -> str:
+    """Cut the domain across y and z, never along the flow: particles pile up at the inlet."""
+    if case.scene.specimen is None:
+        return "* * *"
+    across = max(n for n in range(1, math.isqrt(ranks) + 1) if ranks % n == 0)
+    return f"1 {ranks // across} {across}"
+
+
+def _time(case: Case) -> dict[str, object]:
+    plan = case.time
+    return {
+        "step": plan.step_s,
+        "steps": plan.steps,
+        "bound": plan.bounds[0],
+        "sample_every": plan.sample_every,
+        "frame_every": plan.frame_every,
+        "image_every": plan.image_every,
+    }
+
+
+def _counting(case: Case) -> dict[str, object]:
+    specimen = case.scene.specimen
+    sections = [{"name": name, "x": x} for name, x in case.layout.sections.items()]
+    if specimen is None:
+        return {"sections": sections}
+    return {
+        "sections": sections,
+        "sphere": 4.0 / 3.0 * math.pi,
+        "specimen": {
+            "low": 0.0,
+            "high": specimen.length,
+            "flowing_above": flowing_threshold_m_s(case.scene),
+        },
+    }
+
+
+def _columns(case: Case, active: tuple[Effect, ...]) -> list[Column]:
+    columns = [
+        Column("step", "step"),
+        Column("kinetic_energy_j", "c_kinetic"),
+        Column("largest_speed_m_s", "c_fastest"),
+    ]
+    if case.scene.specimen is not None:
+        names = ["inside", "flowing", "flow_velocity_sum_m_s"]
+        names += [f"volume_past_{name}_m3" for name in case.layout.sections]
+        columns += [Column(name, f"c_specimen[{n}]") for n, name in enumerate(names, start=1)]
+    return columns + [column for effect in active for column in effect.columns(case)]
+
+
+def _refresh(case: Case, active: tuple[Effect, ...]) -> dict[str, object] | None:
+    """What is set before the run, and what is renewed in it; at most one effect asks for it."""
+    wanted = [refresh for effect in active if (refresh := effect.refresh(case)) is not None]
+    if not wanted:
+        return None
+    (refresh,) = wanted
+    return {
+        "every": refresh.every,
+        "first": refresh.once + refresh.again,
+        "again": refresh.again,
+    }
+
+
+def _output(case: Case) -> dict[str, object]:
+    low, high = zip(*simulation_box(case), strict=True)
+    length, height = high[0] - low[0], max(high[1] - low[1], high[2] - low[2])
+    pixels = 1200
+    return {
+        "series_file": SERIES_FILE,
+        "frame_pattern": "dumps/particles.*.bin",
+        "frame_columns": " ".join(FRAME_COLUMNS),
+        "images": case.scene.output.images > 0,
+        "image_pattern": "dumps/snapshot.*.ppm",
+        "image_options": f"size {pixels} {max(200, round(pixels * height / length))} "
+        "view 90 270 zoom 1.6 box no 0.0 shiny 0.3",
+        "image_colours": _image_colours(case),
+        "paraview": case.scene.output.paraview,
+        "paraview_pattern": "dumps/paraview.*.vtk",
+    }
+
+
+def _image_colours(case: Case) -> str:
+    colours = {"particles": "steelblue", "grains": "tan", "walls": "gray"}
+    named = " ".join(f"acolor {case.type_of(name)} {colours[name]}" for name in case.materials)
+    return f"{named} backcolor white"
+
+
+def _fragment(case: Case, effect: Effect) -> dict[str, object]:
+    return {
+        "slot": effect.slot,
+        "fragment": effect.fragment(case.scene),
+        "numbers": effect.values(case),
+    }

@@ -1,0 +1,74 @@
+"""What an effect is: a piece of physics that a scene calls for or not.
+
+An effect is one object: it decides from the scene alone whether it is in, and says why. Its deck
+lines stand in ``templates/effects/<name>.j2``; ``values`` gives that fragment its numbers.
+"""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, ClassVar, Literal
+
+if TYPE_CHECKING:
+    from liggghts_driver.case import Case
+    from liggghts_driver.scene.model import Scene
+
+#: The places of the deck, in its order, at which effects put their lines.
+Slot = Literal["materials", "boundaries", "forces", "integration"]
+
+
+@dataclass(frozen=True)
+class Column:
+    """A column of the series: its name in our files and the engine's word for it."""
+
+    name: str
+    engine: str
+
+
+@dataclass(frozen=True)
+class Refresh:
+    """Commands that an effect wants before the run (``once``), and again every so many steps."""
+
+    every: int
+    once: tuple[str, ...]
+    again: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Decision:
+    """An effect of a scene: in or out, and why."""
+
+    effect: Effect
+    active: bool
+    reason: str
+
+
+class Effect(ABC):
+    """One piece of physics."""
+
+    name: ClassVar[str]
+    title: ClassVar[str]
+    slot: ClassVar[Slot]
+    #: Words of this effect in the engine's contact model, e.g. ``("tangential", "history")``.
+    contact_words: ClassVar[tuple[str, ...]] = ()
+
+    @abstractmethod
+    def decide(self, scene: Scene) -> tuple[bool, str]:
+        """Whether the scene calls for it, and why."""
+
+    def fragment(self, scene: Scene) -> str:  # noqa: ARG002
+        """Its template."""
+        return f"effects/{self.name}.j2"
+
+    def values(self, case: Case) -> dict[str, object]:  # noqa: ARG002
+        """Numbers and texts for the effect's fragment of the deck."""
+        return {}
+
+    def columns(self, case: Case) -> tuple[Column, ...]:  # noqa: ARG002
+        """Columns that the effect adds to the series."""
+        return ()
+
+    def refresh(self, case: Case) -> Refresh | None:  # noqa: ARG002
+        """What the effect renews while the engine runs; None when nothing."""
+        return None

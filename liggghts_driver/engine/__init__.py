@@ -1,0 +1,1 @@
+"""The engine: found, launched, followed, and believed only with proof."""

@@ -1,0 +1,113 @@
+"""Find the engine and the programs that launch it."""
+
+from __future__ import annotations
+
+import functools
+import os
+import re
+import shutil
+import subprocess
+from dataclasses import dataclass
+
+from liggghts_driver.errors import EngineNotFoundError
+
+#: How to get each program on Debian.
+INSTALL = {
+    "liggghts": "apt-get install --no-install-recommends liggghts",
+    "mpirun": "apt-get install --no-install-recommends openmpi-bin",
+    "stdbuf": "apt-get install coreutils",
+}
+#: Set this to use another binary than the `liggghts` of the PATH.
+BINARY_VARIABLE = "LIGGGHTS_DRIVER_BINARY"
+
+
+#: How the engine is told to read the deck, where to log, and to echo every command.
+BATCH_ARGUMENTS = ("-in", "deck.in", "-log", "log.liggghts", "-echo", "both")
+
+
+@dataclass(frozen=True)
+class Engine:
+    """The engine's binary and its version."""
+
+    binary: str
+    version: str
+
+    def command(self, ranks: int = 1) -> list[str]:
+        """The command that runs ``deck.in`` of the working folder.
+
+        ``stdbuf -oL``: without line buffering the engine's last words are lost in a pipe.
+
+        Raises
+        ------
+        EngineNotFoundError
+            If a launcher is missing.
+        """
+        engine = [require("stdbuf"), "-oL", self.binary]
+        if ranks == 1:
+            return [*engine, *BATCH_ARGUMENTS]
+        # By itself Open MPI binds every job to the first cores; runs side by side would share them.
+        launcher = [require("mpirun"), "--bind-to", "none", "-np", str(ranks)]
+        return [*launcher, *engine, *BATCH_ARGUMENTS]
+
+
+def launch_environment() -> dict[str, str]:
+    """The environment of a launch: one thread per rank; Open MPI takes root only if told twice."""
+    extra = {"OMP_NUM_THREADS": "1"}
+    if os.geteuid() == 0:
+        extra |= {"OMPI_ALLOW_RUN_AS_ROOT": "1", "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1"}
+    return {**os.environ, **extra}
+
+
+def require(program: str) -> str:
+    """Path of a program.
+
+    Raises
+    ------
+    EngineNotFoundError
+        With the command that installs it.
+    """
+    found = shutil.which(program)
+    if found is None:
+        raise EngineNotFoundError(
+            f"{program}: not found on the PATH; install it with: {INSTALL[program]}"
+        )
+    return found
+
+
+def find_engine() -> Engine:
+    """The engine on this machine.
+
+    Raises
+    ------
+    EngineNotFoundError
+        With the command that installs it.
+    """
+    chosen = os.environ.get(BINARY_VARIABLE)
+    if chosen is None:
+        binary = require("liggghts")
+    else:
+        found = shutil.which(chosen)
+        if found is None:
+            raise EngineNotFoundError(
+                f"{BINARY_VARIABLE} = {chosen!r}: no such program; unset it or correct it"
+            )
+        binary = found
+    return Engine(binary, _version(binary))
+
+
+@functools.lru_cache
+def _version(binary: str) -> str:
+    """First line that the engine prints when it is given nothing to do."""
+    try:
+        done = subprocess.run(
+            [binary, "-log", "none", "-in", os.devnull],
+            capture_output=True,
+            text=True,
+            timeout=30,
+            check=False,
+            env=launch_environment(),
+        )
+    except (OSError, subprocess.TimeoutExpired) as error:
+        raise EngineNotFoundError(f"{binary}: does not start ({error})") from error
+    match = re.search(r"LIGGGHTS \(Version ([^,)]+)", done.stdout)
+    return match.group(1).strip() if match else "unknown"

@@ -1,0 +1,96 @@
+"""Launch the engine, follow what it prints, and end it with everything it started."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import re
+import signal
+import subprocess
+import time
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from liggghts_driver.engine.find import launch_environment
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
+    from pathlib import Path
+
+#: A row of the series begins with its step; nothing else the engine prints has this shape.
+_ROW = re.compile(rb"^\s*(\d+)\s+[-+0-9.eEnaif]+\s+\d+\s")
+_GRACE_S = 5.0
+
+
+@dataclass(frozen=True)
+class Launch:
+    """How a launch ended."""
+
+    command: tuple[str, ...]
+    returncode: int
+    wall_s: float
+
+
+def launch(
+    command: Sequence[str],
+    folder: Path,
+    stdout: Path,
+    on_step: Callable[[int], None] = lambda _step: None,
+) -> Launch:
+    """Run a command in a folder until it ends, copying what it prints to a file.
+
+    Parameters
+    ----------
+    command
+        Program and arguments; no shell is involved.
+    folder
+        Its working folder.
+    stdout
+        Where its output goes, standard error included.
+    on_step
+        Called with the step of each row of the series as it appears.
+
+    Raises
+    ------
+    KeyboardInterrupt
+        After the whole process group has been ended.
+    """
+    start = time.perf_counter()
+    process = subprocess.Popen(
+        command,
+        cwd=folder,
+        stdin=subprocess.DEVNULL,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        env=launch_environment(),
+        start_new_session=True,
+    )
+    try:
+        _copy(process, stdout, on_step)
+        returncode = process.wait()
+    except BaseException:
+        end_group(process)
+        raise
+    return Launch(tuple(command), returncode, time.perf_counter() - start)
+
+
+def _copy(process: subprocess.Popen[bytes], stdout: Path, on_step: Callable[[int], None]) -> None:
+    assert process.stdout is not None
+    with stdout.open("wb", buffering=0) as file, process.stdout:
+        for line in process.stdout:
+            file.write(line)
+            row = _ROW.match(line)
+            if row:
+                on_step(int(row.group(1)))
+
+
+def end_group(process: subprocess.Popen[bytes]) -> None:
+    """End a process and all that it started: first politely, then for good."""
+    for number in (signal.SIGTERM, signal.SIGKILL):
+        with contextlib.suppress(ProcessLookupError):
+            os.killpg(process.pid, number)
+        with contextlib.suppress(subprocess.TimeoutExpired):
+            process.wait(_GRACE_S)
+            break
+    with contextlib.suppress(ProcessLookupError):
+        os.killpg(process.pid, signal.SIGKILL)  # whatever outlived its leader

@@ -1,0 +1,85 @@
+"""The Darcy estimate of a scene.
+
+Knows the scene and nothing of decks or results, so that the comparison stays independent.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from liggghts_driver.darcy import DarcyInputs, Estimate, estimate, gradient_for
+from liggghts_driver.errors import SceneError
+from liggghts_driver.scene.layout import layout, particle_fraction
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+    from liggghts_driver.scene.model import Scene
+
+
+class NoDarcyError(SceneError):
+    """Darcy's law says nothing about a scene."""
+
+
+def darcy_inputs(scene: Scene) -> DarcyInputs:
+    """What Eqs. 1-16 need, from a scene.
+
+    Raises
+    ------
+    NoDarcyError
+        If the scene has no specimen, fluid or particles of a stated size: Darcy's law then says
+        nothing about it.
+    """
+    needs = {
+        "[specimen]": scene.specimen,
+        "[fluid]": scene.fluid,
+        "particles.radius_mean": scene.particles.radius_mean,
+    }
+    missing = [name for name, value in needs.items() if value is None]
+    if missing:
+        raise NoDarcyError(f"Darcy's law needs {', '.join(missing)}; this scene has none")
+    specimen, fluid, radius = scene.specimen, scene.fluid, scene.particles.radius_mean
+    assert specimen is not None
+    assert fluid is not None
+    assert radius is not None
+    place = layout(scene)
+    return DarcyInputs(
+        fluid_density_kg_m3=fluid.density,
+        particle_density_kg_m3=scene.particles.density,
+        fluid_viscosity_pa_s=fluid.viscosity,
+        particle_fraction=particle_fraction(scene, place),
+        particle_radius_m=radius,
+        permeability_1_m2=specimen.permeability_grains,
+        permeability_2_m2=specimen.permeability_matrix,
+        solid_fraction=specimen.solid_fraction,
+        phi=specimen.phi,
+        area_m2=place.area_m2,
+        length_m=specimen.length,
+    )
+
+
+def predict(scene: Scene, gradient_pa_m: float | NDArray[np.float64] | None = None) -> Estimate:
+    """The Darcy estimate of a scene, at its own pressure gradient or at others.
+
+    Raises
+    ------
+    NoDarcyError
+        If Darcy's law does not apply to the scene, or no gradient is known.
+    """
+    if gradient_pa_m is None:
+        if scene.pressure is None:
+            raise NoDarcyError("pressure.gradient (missing): Darcy's law needs it; add [pressure]")
+        gradient_pa_m = scene.pressure.gradient
+    return estimate(darcy_inputs(scene), gradient_pa_m)
+
+
+def predict_gradient(scene: Scene, flow_rate_m3_s: float) -> Estimate:
+    """The same, backwards: at the gradient that a flow rate of the suspension needs.
+
+    Raises
+    ------
+    NoDarcyError
+        If Darcy's law does not apply to the scene.
+    """
+    return gradient_for(darcy_inputs(scene), flow_rate_m3_s=flow_rate_m3_s)

@@ -1,0 +1,103 @@
+"""What the frames on disk say: volumes past the sections, and the largest overlap."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+import pandas as pd
+from scipy.spatial import cKDTree
+
+from liggghts_driver.deck.build import FRAME_COLUMNS
+from liggghts_driver.results.binarydump import iter_binary_frames
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from numpy.typing import NDArray
+
+    from liggghts_driver.case import Case
+    from liggghts_driver.rundir import RunDirectory
+
+
+@dataclass(frozen=True)
+class Instant:
+    """The particles at one step, in the order of their ids; ``(n, 3)`` arrays."""
+
+    step: int
+    positions_m: NDArray[np.float64]
+    velocities_m_s: NDArray[np.float64]
+
+
+def iter_instants(run: RunDirectory) -> Iterator[Instant]:
+    """The frames of a run, one at a time."""
+    for frame in iter_binary_frames(run.frame_files(), FRAME_COLUMNS):
+        ordered = frame.data.sort_values("id")
+        positions = ordered[["x", "y", "z"]].to_numpy()
+        yield Instant(frame.step, positions, ordered[["vx", "vy", "vz"]].to_numpy())
+
+
+def volumes_past_sections(run: RunDirectory, case: Case) -> pd.DataFrame:
+    """Volume of the particles past each section since the start, counted from the frames.
+
+    Independent of the sums that the engine makes; columns as those of the series.
+    """
+    volumes = 4.0 / 3.0 * math.pi * case.population.particle_radii_m**3
+    rows = []
+    for instant in iter_instants(run):
+        x = instant.positions_m[:, 0]
+        past = {name: float(volumes[x > at].sum()) for name, at in case.layout.sections.items()}
+        rows.append({"step": instant.step, **{f"volume_{n}_m3": v for n, v in past.items()}})
+    table = pd.DataFrame(rows)
+    for name in case.layout.sections:
+        table[f"volume_{name}_m3"] -= table[f"volume_{name}_m3"].iloc[0]
+    return table
+
+
+def largest_overlap_over_radius(run: RunDirectory, case: Case) -> float:
+    """Largest overlap of any contact in any frame, over the radius of the smaller partner."""
+    worst = 0.0
+    for instant in iter_instants(run):
+        x = instant.positions_m
+        worst = max(worst, _pairs(x, case), _grains(x, case), _walls(x, case))
+    return worst
+
+
+def _pairs(positions: NDArray[np.float64], case: Case) -> float:
+    radii = case.population.particle_radii_m
+    if len(radii) < 2:
+        return 0.0
+    pairs = cKDTree(positions).query_pairs(2.0 * float(radii.max()), output_type="ndarray")
+    i, j = pairs[:, 0], pairs[:, 1]
+    overlap = radii[i] + radii[j] - np.linalg.norm(positions[i] - positions[j], axis=1)
+    return float((overlap / np.minimum(radii[i], radii[j])).max(initial=0.0))
+
+
+def _grains(positions: NDArray[np.float64], case: Case) -> float:
+    population = case.population
+    if not population.grains or not population.particles:
+        return 0.0
+    radii = population.particle_radii_m
+    centres = population.centres_m[population.particles :]
+    sizes = population.radii_m[population.particles :]
+    near = cKDTree(positions).query_ball_point(centres, sizes + float(radii.max()))
+    grain = np.repeat(np.arange(len(near)), [len(found) for found in near])
+    particle = np.concatenate([np.array(found, dtype=np.int64) for found in near])
+    distance = np.linalg.norm(positions[particle] - centres[grain], axis=1)
+    overlap = radii[particle] + sizes[grain] - distance
+    return float((overlap / np.minimum(radii[particle], sizes[grain])).max(initial=0.0))
+
+
+def _walls(positions: NDArray[np.float64], case: Case) -> float:
+    radii = case.population.particle_radii_m
+    worst = 0.0
+    for face in case.layout.walls:
+        axis = "xyz".index(face[0])
+        if face[1] == "-":
+            gap = positions[:, axis] - case.layout.low[axis]
+        else:
+            gap = case.layout.high[axis] - positions[:, axis]
+        worst = max(worst, float(((radii - gap) / radii).max(initial=0.0)))
+    return worst

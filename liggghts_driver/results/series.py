@@ -1,0 +1,89 @@
+"""The time series that the engine wrote, with the columns that follow from it."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+import numpy as np
+import pandas as pd
+
+from liggghts_driver.errors import ParseError
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from liggghts_driver.case import Case
+
+
+def read_series(path: Path) -> pd.DataFrame:
+    """Rows of the file that the deck's ``fix print`` writes: a line of names, then numbers.
+
+    A last line without its end was cut off while it was written and is left out.
+
+    Raises
+    ------
+    ParseError
+        If the file is absent or a complete row has not one number for each name.
+    """
+    try:
+        text = path.read_text(encoding="utf-8")
+    except OSError as error:
+        raise ParseError(f"{path}: the engine wrote no series ({error.strerror})") from None
+    complete = text[: text.rfind("\n") + 1].splitlines()
+    if not complete:
+        raise ParseError(f"{path}: empty; the engine wrote no series")
+    names = complete[0].split()
+    rows = [
+        _numbers(line, len(names), f"{path}, line {n}") for n, line in enumerate(complete[1:], 2)
+    ]
+    table = pd.DataFrame(np.array(rows).reshape(-1, len(names)), columns=names)
+    return table.astype({"step": np.int64})
+
+
+def _numbers(line: str, expected: int, where: str) -> list[float]:
+    words = line.split()
+    try:
+        numbers = [float(word) for word in words]
+    except ValueError:
+        raise ParseError(f"{where}: expected {expected} numbers, found {line[:80]!r}") from None
+    if len(numbers) != expected:
+        raise ParseError(f"{where}: expected {expected} numbers, found {len(numbers)}")
+    return numbers
+
+
+def complete_series(raw: pd.DataFrame, case: Case) -> pd.DataFrame:
+    """The series of a case in our columns, each with its unit.
+
+    Adds the row of the start, which the engine does not print, and the columns ``time_s``,
+    ``volume_<section>_m3`` (volume that has passed a section since the start),
+    ``flowing_velocity_m_s`` (nan while nothing flows) and ``largest_reynolds``.
+    """
+    table = pd.concat([_start(raw, case), raw], ignore_index=True)
+    table.insert(1, "time_s", table["step"] * case.time.step_s)
+    for name in case.layout.sections:
+        past = table.pop(f"volume_past_{name}_m3")
+        table[f"volume_{name}_m3"] = past - past.iloc[0]
+    if "flow_velocity_sum_m_s" in table:
+        total = table.pop("flow_velocity_sum_m_s")
+        table["flowing_velocity_m_s"] = (total / table["flowing"]).where(table["flowing"] > 0)
+    if "largest_reynolds_squared" in table:
+        table["largest_reynolds"] = np.sqrt(table.pop("largest_reynolds_squared"))
+    return table
+
+
+def _start(raw: pd.DataFrame, case: Case) -> pd.DataFrame:
+    """The row of step 0, from the population itself."""
+    population = case.population
+    speeds = np.linalg.norm(population.velocities_m_s[: population.particles], axis=1)
+    volumes = 4.0 / 3.0 * math.pi * population.particle_radii_m**3
+    x = population.centres_m[: population.particles, 0]
+    row = dict.fromkeys(raw.columns, 0.0)
+    row["largest_speed_m_s"] = float(speeds.max(initial=0.0))
+    masses = case.scene.particles.density * volumes
+    row["kinetic_energy_j"] = float((masses * speeds**2).sum() / 2)
+    for name, place in case.layout.sections.items():
+        row[f"volume_past_{name}_m3"] = float(volumes[x > place].sum())
+    if "piston_x_m" in row:
+        row["piston_x_m"] = case.layout.low[0]
+    return pd.DataFrame([row]).astype({"step": np.int64})

@@ -1,0 +1,108 @@
+"""Whether an answer can be trusted: everything that speaks against it, each in one sentence."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from liggghts_driver.effects.drag_law import reynolds_bound
+from liggghts_driver.effects.piston import speed_limit_m_s
+from liggghts_driver.timestep import contact_bounds
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Mapping
+
+    import pandas as pd
+
+    from liggghts_driver.case import Case
+    from liggghts_driver.statistics import Rate
+
+#: The servo's limit must stay out of reach: beyond this share of it, Newton's law is in doubt.
+_SHARE_OF_LIMIT = 0.9
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """``valid``, ``invalid`` or ``not_steady``, with the reasons; ``notes`` change nothing."""
+
+    verdict: str
+    reasons: tuple[str, ...]
+
+
+def judge(
+    case: Case, series: pd.DataFrame, rates: Mapping[str, Rate], overlap_over_radius: float
+) -> Verdict:
+    """Judge a complete run.
+
+    Parameters
+    ----------
+    case
+        What was run.
+    series
+        Its completed series.
+    rates
+        Flow rate through each section.
+    overlap_over_radius
+        Largest overlap found, over the smaller radius.
+    """
+    faults = [*_faults(case, series), *_overlap(case, overlap_over_radius)]
+    if faults:
+        return Verdict("invalid", tuple(faults))
+    unsteady = [f"{name}: {rate.reason}" for name, rate in rates.items() if not rate.steady]
+    if unsteady:
+        return Verdict("not_steady", tuple(unsteady))
+    return Verdict("valid", ())
+
+
+def _faults(case: Case, series: pd.DataFrame) -> Iterator[str]:
+    # A flowing velocity is nan while nothing flows; every other column must be finite.
+    numbers = series.drop(columns=["flowing_velocity_m_s"], errors="ignore")
+    broken = [str(name) for name in numbers if not np.isfinite(numbers[name]).all()]
+    if broken:
+        yield f"not a number in: {', '.join(broken)}"
+        return
+    yield from _contact_step(case, series)
+    yield from _reynolds(case, series)
+    yield from _piston(case, series)
+
+
+def _contact_step(case: Case, series: pd.DataFrame) -> Iterator[str]:
+    fastest = float(series["largest_speed_m_s"].max())
+    if fastest <= case.speed_bound_m_s:
+        return
+    bounds = contact_bounds(case.scene, case.layout, case.population, fastest)
+    limit = min((bound.step_s for bound in bounds), default=math.inf)
+    if case.time.step_s > limit:
+        yield (
+            f"a particle reached {fastest:.3g} m/s, {case.speed_bound_m_s:.3g} were expected: at "
+            f"that speed the step must be at most {limit:.3g} s, it was {case.time.step_s:.3g} s"
+        )
+
+
+def _reynolds(case: Case, series: pd.DataFrame) -> Iterator[str]:
+    if "largest_reynolds" not in series:
+        return
+    reached, bound = float(series["largest_reynolds"].max()), reynolds_bound(case)
+    if reached > bound:
+        yield f"Re reached {reached:.4g}; the deck's drag law ends at {bound:g}"
+
+
+def _piston(case: Case, series: pd.DataFrame) -> Iterator[str]:
+    if "piston_x_m" not in series:
+        return
+    fastest = float(np.abs(np.diff(series["piston_x_m"]) / np.diff(series["time_s"])).max())
+    limit = speed_limit_m_s(case)
+    if fastest > _SHARE_OF_LIMIT * limit:
+        yield f"the piston reached {fastest:.3g} m/s; the servo's limit is {limit:.3g} m/s"
+
+
+def _overlap(case: Case, overlap_over_radius: float) -> Iterator[str]:
+    allowed = case.scene.contact.largest_overlap
+    if overlap_over_radius > allowed:
+        yield (
+            f"a contact overlapped by {overlap_over_radius:.3g} of the smaller radius; "
+            f"contact.largest_overlap allows {allowed:g}"
+        )

@@ -1,0 +1,141 @@
+"""Run a case in a directory: write the deck, launch the engine, prove that it finished."""
+
+from __future__ import annotations
+
+import platform
+import time
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from liggghts_driver.deck.build import build_deck
+from liggghts_driver.engine.completion import missing_proofs
+from liggghts_driver.engine.diagnose import failure_message
+from liggghts_driver.engine.find import find_engine
+from liggghts_driver.engine.launch import Launch, launch
+from liggghts_driver.errors import RunError
+from liggghts_driver.results.thermo import Thermo, read_thermo
+from liggghts_driver.rundir import RunDirectory, scene_hash, write_text
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from liggghts_driver.case import Case
+    from liggghts_driver.deck.build import Deck
+
+
+@dataclass(frozen=True)
+class FinishedRun:
+    """A run that is proven complete.
+
+    ``reused`` tells that it was found finished and nothing was computed.
+    """
+
+    case: Case
+    directory: RunDirectory
+    thermo: Thermo
+    ranks: int
+    wall_s: float
+    command: tuple[str, ...]
+    engine: str
+    parts: dict[str, float]
+    reused: bool
+
+
+def run_case(
+    case: Case,
+    directory: RunDirectory,
+    ranks: int = 1,
+    on_step: Callable[[int], None] = lambda _step: None,
+) -> FinishedRun:
+    """Run a case, or find it finished.
+
+    Parameters
+    ----------
+    case
+        What to run.
+    directory
+        Where: an absent or empty folder, or one that holds this very scene. What an earlier
+        unfinished attempt left there is moved aside, never overwritten.
+    ranks
+        MPI processes.
+    on_step
+        Called with each step that the engine reports.
+
+    Raises
+    ------
+    RunFolderError
+        If the folder holds anything else.
+    EngineNotFoundError
+        If the engine or a launcher is missing.
+    RunError
+        If the engine failed or its run is not whole; the folder stays.
+    """
+    directory.claim_for(case.scene)
+    identity = scene_hash(case.scene)
+    if directory.read_state()["state"] == "complete":
+        return finished_run(case, directory, reused=True)
+    engine = find_engine()
+    command = engine.command(ranks)
+    deck = build_deck(case, identity, ranks)
+    directory.set_aside()
+    write_deck(case, deck, directory)
+    facts = {
+        "scene_hash": identity,
+        "ranks": ranks,
+        "command": command,
+        "engine": engine.version,
+        "host": platform.node(),
+        "started": time.strftime("%Y-%m-%dT%H:%M:%S%z"),
+    }
+    directory.write_state(state="running", **facts)
+    ended = _launch(command, directory, on_step, facts)
+    thermo = read_thermo(directory.log)
+    faults = missing_proofs(case, deck.sentinel, directory, thermo, ended.returncode)
+    outcome = {
+        **facts,
+        "wall_s": ended.wall_s,
+        "returncode": ended.returncode,
+        "parts": {f"engine_{name}_s": seconds for name, seconds in thermo.timing_s.items()},
+    }
+    if faults:
+        directory.write_state(state="failed", **outcome, faults=faults)
+        raise RunError(failure_message(directory, faults))
+    directory.write_state(state="complete", **outcome)
+    return finished_run(case, directory, reused=False)
+
+
+def write_deck(case: Case, deck: Deck, directory: RunDirectory) -> None:
+    """Write everything that the engine reads, and the scene it came from."""
+    directory.dumps.mkdir(parents=True, exist_ok=True)
+    directory.write_scene(case.scene)
+    for name, text in deck.files.items():
+        write_text(directory.path / name, text)
+
+
+def _launch(
+    command: list[str],
+    directory: RunDirectory,
+    on_step: Callable[[int], None],
+    facts: dict[str, object],
+) -> Launch:
+    try:
+        return launch(command, directory.path, directory.stdout, on_step)
+    except KeyboardInterrupt:
+        directory.write_state(state="interrupted", **facts)
+        raise
+
+
+def finished_run(case: Case, directory: RunDirectory, *, reused: bool) -> FinishedRun:
+    """What is known of a run that is complete on disk."""
+    state = directory.read_state()
+    return FinishedRun(
+        case=case,
+        directory=directory,
+        thermo=read_thermo(directory.log),
+        ranks=state["ranks"],
+        wall_s=state["wall_s"],
+        command=tuple(state["command"]),
+        engine=state["engine"],
+        parts=state["parts"],
+        reused=reused,
+    )

@@ -1,0 +1,191 @@
+"""The run directory: one class owns every file name in it, and its state on disk."""
+
+from __future__ import annotations
+
+import contextlib
+import hashlib
+import json
+import os
+import tempfile
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from liggghts_driver.errors import RunFolderError
+from liggghts_driver.resources import templates_dir
+from liggghts_driver.scene.read import make_scene
+
+if TYPE_CHECKING:
+    from liggghts_driver.scene.model import Scene
+
+
+def canonical_json(data: object) -> str:
+    """One text for equal data: sorted keys, no blanks."""
+    return json.dumps(data, sort_keys=True, separators=(",", ":"), allow_nan=False)
+
+
+def scene_hash(scene: Scene) -> str:
+    """Identity of a scene: the SHA-256 of its canonical form, title left out."""
+    data = scene.model_dump(mode="json")
+    del data["title"]  # a name changes no result
+    return hashlib.sha256(canonical_json(data).encode()).hexdigest()
+
+
+def templates_hash() -> str:
+    """Identity of the templates: the SHA-256 of their names and texts."""
+    digest = hashlib.sha256()
+    root = templates_dir()
+    for path in sorted(root.rglob("*.j2")):
+        digest.update(f"{path.relative_to(root)}\0".encode() + path.read_bytes())
+    return digest.hexdigest()
+
+
+def write_text(path: Path, text: str) -> None:
+    """Write a file so that it is either whole or not there."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    handle, name = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.")
+    try:
+        with os.fdopen(handle, "w", encoding="utf-8") as file:
+            file.write(text)
+        Path(name).chmod(0o644)
+        Path(name).replace(path)
+    except BaseException:
+        with contextlib.suppress(FileNotFoundError):
+            Path(name).unlink()
+        raise
+
+
+@dataclass(frozen=True)
+class RunDirectory:
+    """Names of everything that a run reads and writes."""
+
+    path: Path
+
+    @property
+    def scene(self) -> Path:
+        """The scene, resolved: every default filled in."""
+        return self.path / "scene.json"
+
+    @property
+    def deck(self) -> Path:
+        """The engine's input."""
+        return self.path / "deck.in"
+
+    @property
+    def log(self) -> Path:
+        """What the engine logs."""
+        return self.path / "log.liggghts"
+
+    @property
+    def stdout(self) -> Path:
+        """What the engine prints."""
+        return self.path / "stdout.log"
+
+    @property
+    def state(self) -> Path:
+        """How the run went: running, complete, failed or interrupted."""
+        return self.path / "run.json"
+
+    @property
+    def series(self) -> Path:
+        """The time series as a table."""
+        return self.path / "series.csv"
+
+    @property
+    def engine_series(self) -> Path:
+        """The time series as the engine writes it."""
+        return self.path / "series.txt"
+
+    @property
+    def results(self) -> Path:
+        """The answer."""
+        return self.path / "results.json"
+
+    @property
+    def report(self) -> Path:
+        """The answer as a page."""
+        return self.path / "report.html"
+
+    @property
+    def figures(self) -> Path:
+        """Figures of the report."""
+        return self.path / "figures"
+
+    @property
+    def dumps(self) -> Path:
+        """Frames and snapshots written by the engine."""
+        return self.path / "dumps"
+
+    def frame_files(self) -> list[Path]:
+        """Frames of the particles, in the order of time."""
+        return sorted(self.dumps.glob("particles.*.bin"))
+
+    def snapshot_files(self) -> list[Path]:
+        """Pictures rendered by the engine, in the order of time."""
+        return sorted(self.dumps.glob("snapshot.*.ppm"))
+
+    def read_state(self) -> dict[str, Any]:
+        """What is known of the run; ``{"state": "absent"}`` when nothing is."""
+        try:
+            loaded = json.loads(self.state.read_text(encoding="utf-8"))
+        except FileNotFoundError:
+            return {"state": "absent"}
+        except ValueError:
+            return {"state": "unreadable"}
+        return loaded if isinstance(loaded, dict) else {"state": "unreadable"}
+
+    def write_state(self, **facts: object) -> None:
+        """Record how the run goes."""
+        write_text(self.state, json.dumps(facts, indent=2) + "\n")
+
+    def read_scene(self) -> Scene:
+        """The scene that this directory holds.
+
+        Raises
+        ------
+        RunFolderError
+            If it holds none that can be read.
+        """
+        try:
+            data = json.loads(self.scene.read_text(encoding="utf-8"))
+        except (OSError, ValueError) as error:
+            raise RunFolderError(f"{self.path}: not a run directory ({error})") from None
+        return make_scene(data, str(self.scene))
+
+    def write_scene(self, scene: Scene) -> None:
+        """Keep the scene, every default filled in."""
+        data = scene.model_dump(mode="json", exclude_none=True)
+        write_text(self.scene, json.dumps(data, indent=2) + "\n")
+
+    def claim_for(self, scene: Scene) -> None:
+        """Make the folder ready for a scene; refuse one that holds anything else.
+
+        Raises
+        ------
+        RunFolderError
+            If the folder holds another scene, or files that no run wrote.
+        """
+        if not self.path.exists() or not any(self.path.iterdir()):
+            self.path.mkdir(parents=True, exist_ok=True)
+            return
+        if not self.scene.exists():
+            raise RunFolderError(
+                f"{self.path}: holds files but no run; choose another folder with --out"
+            )
+        if scene_hash(self.read_scene()) != scene_hash(scene):
+            raise RunFolderError(
+                f"{self.path}: holds a run of another scene; choose another folder with --out"
+            )
+
+    def set_aside(self) -> Path | None:
+        """Move what an unfinished run left into ``attempt-N``, so that nothing is lost."""
+        left = [item for item in self.path.iterdir() if not item.name.startswith("attempt-")]
+        if not left:
+            return None
+        taken = {item.name for item in self.path.glob("attempt-*")}
+        number = next(n for n in range(1, len(taken) + 2) if f"attempt-{n}" not in taken)
+        attempt = self.path / f"attempt-{number}"
+        attempt.mkdir()
+        for item in left:
+            item.rename(attempt / item.name)
+        return attempt

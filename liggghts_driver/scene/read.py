@@ -1,0 +1,178 @@
+"""Read a scene file, apply overrides, and refuse mistakes all at once."""
+
+from __future__ import annotations
+
+import difflib
+import json
+import tomllib
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from pydantic import BaseModel, ValidationError
+
+from liggghts_driver.errors import SceneError
+from liggghts_driver.scene.checks import Mistake, scene_mistakes
+from liggghts_driver.scene.model import Scene
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
+    from pydantic_core import ErrorDetails
+
+
+def read_scene(path: str | Path, overrides: Sequence[str] = ()) -> Scene:
+    """Read a scene from a TOML file (or from the JSON that a run directory keeps).
+
+    Parameters
+    ----------
+    path
+        The file.
+    overrides
+        ``section.key=value`` each, the value in TOML's own notation (a bare word is a text).
+
+    Raises
+    ------
+    SceneError
+        With every mistake of the file and the overrides in one message.
+    """
+    source = Path(path)
+    data = _load(source)
+    unreadable = [fault for text in overrides if (fault := _override(data, text))]
+    if not unreadable:
+        return make_scene(data, source.name)
+    messages = [f"{source.name}: overrides that cannot be understood", *unreadable]
+    try:
+        make_scene(data, source.name)
+    except SceneError as error:
+        messages.append(str(error))
+    raise SceneError("\n".join(messages))
+
+
+def make_scene(data: Mapping[str, Any], source: str = "scene") -> Scene:
+    """Make a scene from plain tables, as `tomllib` gives them.
+
+    Raises
+    ------
+    SceneError
+        Naming every mistake: key, value, bound and what to do.
+    """
+    try:
+        scene = Scene.model_validate(data)
+    except ValidationError as error:
+        mistakes = [_explain(detail) for detail in error.errors()]
+        raise SceneError(_message(source, mistakes)) from None
+    mistakes = scene_mistakes(scene)
+    if mistakes:
+        raise SceneError(_message(source, mistakes))
+    return scene
+
+
+def _message(source: str, mistakes: Sequence[Mistake]) -> str:
+    noun = "mistake" if len(mistakes) == 1 else "mistakes"
+    return "\n".join([f"{source}: {len(mistakes)} {noun}", *(f"  - {m}" for m in mistakes)])
+
+
+def _load(path: Path) -> dict[str, Any]:
+    try:
+        text = path.read_text(encoding="utf-8")
+    except OSError as error:
+        raise SceneError(f"{path}: cannot be read ({error.strerror}); check the path") from None
+    except UnicodeDecodeError:
+        raise SceneError(f"{path}: not a text file in UTF-8; a scene is a TOML file") from None
+    try:
+        loaded = json.loads(text) if path.suffix == ".json" else tomllib.loads(text)
+    except (tomllib.TOMLDecodeError, json.JSONDecodeError) as error:
+        raise SceneError(f"{path}: not valid {path.suffix[1:] or 'TOML'}: {error}") from None
+    if not isinstance(loaded, dict):
+        raise SceneError(f"{path}: a scene is a set of tables, not a {type(loaded).__name__}")
+    return loaded
+
+
+def _override(data: dict[str, Any], text: str) -> str | None:
+    """Put one override into ``data``; a sentence when it cannot be understood."""
+    name, equals, value = text.partition("=")
+    *tables, last = (part.strip() for part in name.split("."))
+    if not equals or not last or not all(tables):
+        return f"  - --set {text!r}: must be section.key=value; e.g. --set time.duration=10"
+    place = data
+    for table in tables:
+        inner = _enter(place, table)
+        if inner is None:
+            return f"  - --set {text!r}: {table} is not a table; override a key of a table"
+        place = inner
+    place[last] = _value(value.strip())
+    return None
+
+
+def _enter(place: dict[str, Any], table: str) -> dict[str, Any] | None:
+    """The table of that name, made when absent; ``spheres[0]`` is the first of a list."""
+    name, bracket, number = table.partition("[")
+    inner = place.setdefault(name, {})
+    if bracket and isinstance(inner, list) and number.rstrip("]").isdigit():
+        index = int(number.rstrip("]"))
+        inner = inner[index] if index < len(inner) else None
+    return inner if isinstance(inner, dict) else None
+
+
+def _value(text: str) -> Any:
+    try:
+        return tomllib.loads(f"value = {text}")["value"]
+    except tomllib.TOMLDecodeError:
+        return text  # a bare word is meant as a text
+
+
+def _explain(detail: ErrorDetails) -> Mistake:
+    name = _dotted(detail["loc"])
+    value = detail["input"]
+    if detail["type"] == "extra_forbidden":
+        return _unknown(detail, name)
+    if detail["type"] == "missing":
+        return Mistake(name, None, "it is needed", _fix(detail["loc"]))
+    bound = detail["msg"].removeprefix("Input ").replace("should be", "must be")
+    return Mistake(name, value, bound, _fix(detail["loc"]))
+
+
+def _dotted(location: tuple[int | str, ...]) -> str:
+    parts = [f"[{part}]" if isinstance(part, int) else f".{part}" for part in location]
+    return "".join(parts).removeprefix(".")
+
+
+def _unknown(detail: ErrorDetails, name: str) -> Mistake:
+    table = _table(detail["loc"][:-1])
+    valid = sorted(table.model_fields)
+    near = difflib.get_close_matches(str(detail["loc"][-1]), valid, n=1)
+    hint = f"did you mean {near[0]}? " if near else ""
+    return Mistake(
+        name, _short(detail["input"]), "there is no such key", f"{hint}valid: {', '.join(valid)}"
+    )
+
+
+def _short(value: object) -> object:
+    return "{...}" if isinstance(value, dict) else value
+
+
+def _fix(location: tuple[int | str, ...]) -> str:
+    """What to give there, from the documentation of the key."""
+    field = _table(location[:-1]).model_fields.get(str(location[-1]))
+    if field is None or not field.description:
+        return f"give [{_dotted(location)}]" if len(location) == 1 else "see the documentation"
+    extra = field.json_schema_extra
+    unit = extra.get("unit") if isinstance(extra, dict) else None
+    return f"give the {field.description}" + (f" [{unit}]" if unit else "")
+
+
+def _table(location: tuple[int | str, ...]) -> type[BaseModel]:
+    """The class of the table at a place in the scene."""
+    table: type[BaseModel] = Scene
+    for part in location:
+        if isinstance(part, str) and part in table.model_fields:
+            table = _inner(table.model_fields[part].annotation) or table
+    return table
+
+
+def _inner(annotation: Any) -> type[BaseModel] | None:
+    """The table class inside ``Table``, ``Table | None`` or ``tuple[Table, ...]``."""
+    if isinstance(annotation, type) and issubclass(annotation, BaseModel):
+        return annotation
+    inside = (_inner(argument) for argument in getattr(annotation, "__args__", ()))
+    return next((found for found in inside if found), None)

@@ -1,0 +1,131 @@
+"""The main job: a scene becomes a checked answer in a run directory."""
+
+from __future__ import annotations
+
+import json
+import time
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from liggghts_driver.case import Case, make_case
+from liggghts_driver.deck.build import build_deck
+from liggghts_driver.errors import RunFolderError
+from liggghts_driver.results.answer import Answer, analyse
+from liggghts_driver.run import finished_run, run_case, write_deck
+from liggghts_driver.rundir import RunDirectory, scene_hash, write_text
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    import pandas as pd
+
+    from liggghts_driver.run import FinishedRun
+    from liggghts_driver.scene.model import Scene
+
+
+@dataclass(frozen=True)
+class Solution:
+    """An answer and where it stands; ``reused`` when the run was found finished."""
+
+    case: Case
+    answer: Answer
+    directory: RunDirectory
+    reused: bool
+
+    @property
+    def series(self) -> pd.DataFrame:
+        """The time series; what ``series.csv`` holds."""
+        return self.answer.series
+
+    @property
+    def results(self) -> dict[str, Any]:
+        """What ``results.json`` holds."""
+        return self.answer.results
+
+
+def default_directory(scene: Scene, name: str) -> Path:
+    """``runs/<name>-<hash>``: one folder for each scene."""
+    return Path("runs") / f"{name}-{scene_hash(scene)[:8]}"
+
+
+def solve(
+    scene: Scene,
+    out: str | Path,
+    ranks: int = 1,
+    on_case: Callable[[Case], None] = lambda _case: None,
+    on_step: Callable[[int], None] = lambda _step: None,
+) -> Solution:
+    """Place the spheres, run the engine, analyse and report.
+
+    Parameters
+    ----------
+    scene
+        What to solve.
+    out
+        The run directory: absent, empty, or one that holds this scene already.
+    ranks
+        MPI processes.
+    on_case
+        Called when everything before the engine is done.
+    on_step
+        Called with each step that the engine reports.
+
+    Raises
+    ------
+    DriverError
+        Of the class of what failed; the run directory keeps everything.
+    """
+    directory = RunDirectory(Path(out))
+    directory.claim_for(scene)
+    start = time.perf_counter()
+    case = make_case(scene)
+    placing = time.perf_counter() - start
+    on_case(case)
+    run = run_case(case, directory, ranks, on_step)
+    return _conclude(run, {"place_spheres_s": placing})
+
+
+def load(path: str | Path) -> Solution:
+    """Analyse a finished run again, and write its report again.
+
+    Raises
+    ------
+    RunFolderError
+        If the folder holds no finished run.
+    """
+    directory = RunDirectory(Path(path))
+    scene = directory.read_scene()
+    state = directory.read_state()["state"]
+    if state != "complete":
+        raise RunFolderError(f"{path}: the run in it is {state}; run it again first")
+    return _conclude(finished_run(make_case(scene), directory, reused=True), {})
+
+
+def write_only(scene: Scene, out: str | Path, ranks: int = 1) -> RunDirectory:
+    """Write the deck and all that it reads, and run nothing.
+
+    Raises
+    ------
+    RunFolderError
+        If the folder holds anything already.
+    """
+    directory = RunDirectory(Path(out))
+    if directory.path.exists() and any(directory.path.iterdir()):
+        raise RunFolderError(f"{out}: is not empty; choose another folder with --out")
+    case = make_case(scene)
+    write_deck(case, build_deck(case, scene_hash(scene), ranks), directory)
+    return directory
+
+
+def _conclude(run: FinishedRun, parts: dict[str, float]) -> Solution:
+    from liggghts_driver.report import write_report
+
+    start = time.perf_counter()
+    answer = analyse(run)
+    directory = run.directory
+    answer.results["cost"]["parts"] |= {**parts, "analyse_s": time.perf_counter() - start}
+    write_text(directory.series, answer.series.to_csv(index=False))
+    write_text(directory.results, json.dumps(answer.results, indent=2, allow_nan=False) + "\n")
+    write_report(run.case, answer, directory)
+    return Solution(run.case, answer, directory, run.reused)

@@ -1,0 +1,286 @@
+"""The time step: every bound on it, the one that counts, and the plan of a run in steps."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from liggghts_driver.errors import SceneError
+from liggghts_driver.physics.contact import Body, contact_duration_s
+from liggghts_driver.physics.drag import (
+    drag_coefficient_n_s_m,
+    free_flight_speed_m_s,
+    reynolds,
+)
+from liggghts_driver.physics.spheres import sphere_volume_m3
+
+if TYPE_CHECKING:
+    from liggghts_driver.population import Population
+    from liggghts_driver.scene.layout import Layout
+    from liggghts_driver.scene.model import Scene
+
+#: Explicit drag is stable below K dt / m = 2 and within 5 % of exact relaxation at 0.1.
+LARGEST_DRAG_NUMBER = 0.1
+#: A scene in which nothing can move is bounded as if things moved at this speed.
+_SLOWEST_M_S = 1e-6
+
+
+@dataclass(frozen=True)
+class Bound:
+    """One upper bound on the time step, and why."""
+
+    name: str
+    step_s: float
+    reason: str
+
+
+@dataclass(frozen=True)
+class TimePlan:
+    """The run in steps.
+
+    The series is sampled every ``sample_every`` steps; drag coefficients that are kept are renewed
+    every ``refresh_every``, which divides it, as it divides all other intervals and ``steps``.
+    ``bounds`` are sorted, the one that counts first.
+    """
+
+    step_s: float
+    steps: int
+    sample_every: int
+    refresh_every: int
+    frame_every: int
+    image_every: int
+    bounds: tuple[Bound, ...]
+
+    @property
+    def bound_s(self) -> float:
+        """The largest step that respects every bound."""
+        return self.bounds[0].step_s
+
+
+def speed_bound_m_s(scene: Scene, layout: Layout, population: Population) -> float:
+    """A relative speed that no contact of this scene exceeds [m/s].
+
+    The sum of what each cause could give alone: the piston over its longest free way, the fluid,
+    the free flight under the pressure gradient, gravity over the height, and the initial speeds;
+    twice that, since two particles may meet head-on.
+    """
+    causes = (
+        _piston_speed(scene, layout),
+        _fluid_speed(scene),
+        _driven_speed(scene, layout, population),
+        _initial_speed(population),
+    )
+    return max(2.0 * sum(causes), _SLOWEST_M_S)
+
+
+def _piston_speed(scene: Scene, layout: Layout) -> float:
+    if scene.piston is None:
+        return 0.0
+    way = layout.fill_high[0] - layout.fill_low[0]
+    free = math.sqrt(2.0 * scene.piston.acceleration * way)
+    return min(free, scene.piston.acceleration * scene.time.duration)
+
+
+def _fluid_speed(scene: Scene) -> float:
+    fluid = scene.fluid
+    if fluid is None:
+        return 0.0
+    if fluid.velocity_outside == "constant":
+        return abs(fluid.velocity)
+    if fluid.velocity_outside == "accelerating":
+        return fluid_acceleration_m_s2(scene) * scene.time.duration
+    return 0.0  # at rest, or with the piston, whose speed is counted already
+
+
+def fluid_acceleration_m_s2(scene: Scene) -> float:
+    """Acceleration of the fluid outside: its own, or else the piston's."""
+    assert scene.fluid is not None
+    if scene.fluid.acceleration is not None:
+        return scene.fluid.acceleration
+    return scene.piston.acceleration if scene.piston else 0.0
+
+
+def _driven_speed(scene: Scene, layout: Layout, population: Population) -> float:
+    """Speed under pressure and gravity: free flight in a fluid, free fall without."""
+    if not population.particles:
+        return 0.0
+    radius = float(population.particle_radii_m.max())
+    density = scene.particles.density
+    gradient = abs(scene.pressure.gradient) if scene.pressure else 0.0
+    gravity = math.hypot(*scene.gravity.acceleration) if scene.gravity else 0.0
+    acceleration = 1.5 * gradient / density + gravity
+    diagonal = math.dist(layout.low, layout.high)
+    falling = math.sqrt(2.0 * acceleration * diagonal)
+    if scene.fluid is None:
+        return falling
+    force = density * sphere_volume_m3(radius) * acceleration
+    fluid = scene.fluid
+    return min(falling, free_flight_speed_m_s(fluid.density, fluid.viscosity, radius, force))
+
+
+def _initial_speed(population: Population) -> float:
+    """Half the sum of the two largest initial speeds: twice this is the fastest they can meet."""
+    speeds = np.sort(np.linalg.norm(population.velocities_m_s, axis=1))
+    return float(speeds[-2:].sum()) / 2.0
+
+
+def step_bounds(scene: Scene, layout: Layout, population: Population) -> tuple[Bound, ...]:
+    """Every bound on the time step of a scene, the smallest first."""
+    speed = speed_bound_m_s(scene, layout, population)
+    bounds = [*contact_bounds(scene, layout, population, speed)]
+    explicit = scene.fluid is not None and scene.drag.scheme != "implicit"
+    if explicit and population.particles:
+        bounds.append(_drag_bound(scene, population, speed))
+    bounds.append(
+        Bound("duration", scene.time.duration / scene.output.samples, "one step per sample")
+    )
+    return tuple(sorted(bounds, key=lambda bound: bound.step_s))
+
+
+def contact_bounds(
+    scene: Scene, layout: Layout, population: Population, speed_m_s: float
+) -> list[Bound]:
+    """Eq. 21 for the quickest contact of each kind: the smallest particle with each partner."""
+    if not population.particles:
+        return []
+    bounds = []
+    for name, partner in _partners(scene, layout, population).items():
+        particle = _particle_body(scene, population)
+        duration = contact_duration_s(particle, partner, speed_m_s)
+        fraction = scene.time.step_fraction
+        reason = (
+            f"{fraction:g} of the shortest {name} contact, {duration:.3g} s at {speed_m_s:.3g} m/s "
+            "(Eq. 21)"
+        )
+        bounds.append(Bound(f"contact {name}", fraction * duration, reason))
+    return bounds
+
+
+def _particle_body(scene: Scene, population: Population) -> Body:
+    radius = float(population.particle_radii_m.min())
+    mass = scene.particles.density * sphere_volume_m3(radius)
+    return Body(radius, mass, scene.particles.youngs_modulus, scene.particles.poissons_ratio)
+
+
+def _partners(scene: Scene, layout: Layout, population: Population) -> dict[str, Body]:
+    partners = {}
+    if population.particles > 1:
+        partners["particle-particle"] = _particle_body(scene, population)
+    if population.grains and scene.grains is not None:
+        radius = float(population.radii_m[population.particles :].min())
+        stiffness = (scene.grains.youngs_modulus, scene.grains.poissons_ratio)
+        partners["particle-grain"] = Body(radius, math.inf, *stiffness)
+    if layout.walls or scene.piston:
+        partners["particle-wall"] = Body(math.inf, math.inf, *wall_stiffness(scene))
+    return partners
+
+
+def wall_stiffness(scene: Scene) -> tuple[float, float]:
+    """Young's modulus [Pa] and Poisson's ratio of walls and piston."""
+    walls, particles = scene.walls, scene.particles
+    ratio = walls.poissons_ratio
+    return (
+        walls.youngs_modulus or particles.youngs_modulus,
+        particles.poissons_ratio if ratio is None else ratio,
+    )
+
+
+def _drag_bound(scene: Scene, population: Population, speed_m_s: float) -> Bound:
+    relaxation = drag_relaxation_s(scene, population, speed_m_s)
+    reason = f"K dt/m below {LARGEST_DRAG_NUMBER}: a particle relaxes in {relaxation:.3g} s"
+    return Bound("drag", LARGEST_DRAG_NUMBER * relaxation, reason)
+
+
+def drag_relaxation_s(scene: Scene, population: Population, speed_m_s: float) -> float:
+    """Shortest m / K of the particles when they slip through the fluid with a speed [s]."""
+    assert scene.fluid is not None
+    radii = population.particle_radii_m
+    coefficient = drag_coefficient_n_s_m(
+        scene.fluid.density, scene.fluid.viscosity, radii, speed_m_s
+    )
+    masses = scene.particles.density * 4.0 / 3.0 * np.pi * radii**3
+    return float((masses / coefficient).min())
+
+
+def plan_time(scene: Scene, layout: Layout, population: Population) -> TimePlan:
+    """Choose the step and lay the run out in steps.
+
+    Without ``time.step`` the largest step within all bounds is taken, shortened so that the
+    samples fall on whole steps.
+
+    Raises
+    ------
+    SceneError
+        If ``time.step`` is above a bound, naming the bound, its value and the way out.
+    """
+    bounds = step_bounds(scene, layout, population)
+    limit = bounds[0]
+    wanted = scene.time.step
+    if wanted is not None and wanted > limit.step_s * (1 + 1e-9):
+        raise SceneError(
+            f"time.step = {wanted:g} s: must be at most {limit.step_s:.4g} s, set by "
+            f"{limit.name} ({limit.reason}); shorten or remove time.step, or raise "
+            "time.step_fraction if a contact sets it"
+        )
+    interval = scene.time.duration / scene.output.samples
+    longest = _refresh_interval_s(scene, layout, population)
+    if wanted is None:
+        refreshes, refresh_every = _split(interval, longest, limit.step_s)
+        step = interval / (refreshes * refresh_every)
+    else:
+        step = wanted
+        refreshes, refresh_every = _whole(interval, longest, step)
+    sample_every = refreshes * refresh_every
+    samples = max(1, round(scene.time.duration / (step * sample_every)))
+    steps = samples * sample_every
+    return TimePlan(
+        step_s=step,
+        steps=steps,
+        sample_every=sample_every,
+        refresh_every=refresh_every,
+        frame_every=_every(steps, scene.output.frames, sample_every),
+        image_every=_every(steps, max(scene.output.images - 1, 1), sample_every),
+        bounds=bounds,
+    )
+
+
+def _split(interval_s: float, longest_s: float, step_bound_s: float) -> tuple[int, int]:
+    """Refreshes per sample and steps per refresh, the step within its bound."""
+    refreshes = math.ceil(interval_s / longest_s * (1 - 1e-12))
+    return refreshes, math.ceil(interval_s / refreshes / step_bound_s * (1 - 1e-12))
+
+
+def _whole(interval_s: float, longest_s: float, step_s: float) -> tuple[int, int]:
+    """The same for a given step: the interval between samples gives way by a few steps."""
+    steps = max(1, round(interval_s / step_s))
+    refreshes = math.ceil(steps / max(1, math.floor(longest_s / step_s * (1 + 1e-12))))
+    return refreshes, max(1, round(steps / refreshes))
+
+
+def _refresh_interval_s(scene: Scene, layout: Layout, population: Population) -> float:
+    """Time for which a drag coefficient may be kept: ``drag.refresh``, or what the physics allows.
+
+    K follows the slip velocity as Re^0.354 and lags by half the interval tau on average. While a
+    particle relaxes in the time m / K, this changes its speed by about (0.354 / 2) tau K / m, so
+    tau = 2 x tolerance / 0.354 x m / K holds the tolerance. Below Re = 1 the coefficient is
+    constant, and only the series' interval bounds tau.
+    """
+    interval = scene.time.duration / scene.output.samples
+    if scene.fluid is None or not population.particles:
+        return interval
+    if scene.drag.refresh is not None:
+        return min(interval, scene.drag.refresh)
+    speed = speed_bound_m_s(scene, layout, population)
+    radius = float(population.particle_radii_m.max())
+    if reynolds(scene.fluid.density, scene.fluid.viscosity, radius, speed) <= 1.0:
+        return interval
+    relaxation = drag_relaxation_s(scene, population, speed)
+    return min(interval, 2.0 * scene.drag.tolerance / 0.354 * relaxation)
+
+
+def _every(steps: int, wanted: int, sample_every: int) -> int:
+    """Interval in steps for about that many outputs, on instants that the series also has."""
+    return sample_every * max(1, round(steps / (wanted * sample_every)))
