@@ -28,6 +28,7 @@ bench: $(INSTALLED) engine          ## measure, side by side; rewrites docs/benc
 
 docs: $(INSTALLED)                  ## what the documentation takes from the code
 	$(DRIVER) schema > docs/scene.schema.json
+	$(DRIVER) schema --markdown > docs/scene.md
 
 $(VENV)/bin/python:
 	$(PYTHON) -m venv $(VENV)

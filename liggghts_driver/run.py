@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import platform
 import time
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 from liggghts_driver.deck.build import build_deck
@@ -21,6 +21,10 @@ if TYPE_CHECKING:
 
     from liggghts_driver.case import Case
     from liggghts_driver.deck.build import Deck
+
+
+#: What of the time plan a run keeps, so that a later version of this software reads it right.
+_PLAN = ("step_s", "steps", "sample_every", "refresh_every", "frame_every", "image_every")
 
 
 @dataclass(frozen=True)
@@ -85,6 +89,7 @@ def run_case(
         "command": command,
         "engine": engine.version,
         "host": platform.node(),
+        "time": {name: getattr(case.time, name) for name in _PLAN},
         "started": time.strftime("%Y-%m-%dT%H:%M:%S%z"),
     }
     directory.write_state(state="running", **facts)
@@ -95,13 +100,21 @@ def run_case(
         **facts,
         "wall_s": ended.wall_s,
         "returncode": ended.returncode,
-        "parts": {f"engine_{name}_s": seconds for name, seconds in thermo.timing_s.items()},
+        "parts": _engine_parts(case, thermo),
     }
     if faults:
         directory.write_state(state="failed", **outcome, faults=faults)
         raise RunError(failure_message(directory, faults))
     directory.write_state(state="complete", **outcome)
     return finished_run(case, directory, reused=False)
+
+
+def _engine_parts(case: Case, thermo: Thermo) -> dict[str, float]:
+    """The engine's own split of its time, where it tells of every step; else nothing."""
+    told = sum(loop.steps for loop in thermo.loops)
+    if told != case.time.steps:
+        return {}
+    return {f"engine_{name.lower()}_s": seconds for name, seconds in thermo.timing_s.items()}
 
 
 def write_deck(case: Case, deck: Deck, directory: RunDirectory) -> None:
@@ -129,7 +142,7 @@ def finished_run(case: Case, directory: RunDirectory, *, reused: bool) -> Finish
     """What is known of a run that is complete on disk."""
     state = directory.read_state()
     return FinishedRun(
-        case=case,
+        case=replace(case, time=replace(case.time, **state["time"])),
         directory=directory,
         thermo=read_thermo(directory.log),
         ranks=state["ranks"],

@@ -124,7 +124,11 @@ def _conclude(run: FinishedRun, parts: dict[str, float]) -> Solution:
     start = time.perf_counter()
     answer = analyse(run)
     directory = run.directory
-    answer.results["cost"]["parts"] |= {**parts, "analyse_s": time.perf_counter() - start}
+    answer.results["cost"]["parts"] |= {
+        **parts,
+        "engine_s": run.wall_s,
+        "analyse_s": time.perf_counter() - start,
+    }
     write_text(directory.series, answer.series.to_csv(index=False))
     write_text(directory.results, json.dumps(answer.results, indent=2, allow_nan=False) + "\n")
     write_report(run.case, answer, directory)

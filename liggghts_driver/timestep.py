@@ -273,7 +273,8 @@ def _refresh_interval_s(scene: Scene, layout: Layout, population: Population) ->
         return interval
     if scene.drag.refresh is not None:
         return min(interval, scene.drag.refresh)
-    speed = speed_bound_m_s(scene, layout, population)
+    # The bound is for two particles that meet head-on; the fluid is not one of them.
+    speed = speed_bound_m_s(scene, layout, population) / 2.0
     radius = float(population.particle_radii_m.max())
     if reynolds(scene.fluid.density, scene.fluid.viscosity, radius, speed) <= 1.0:
         return interval

@@ -157,11 +157,15 @@ def doctor(as_json: Json = False) -> None:
 
 
 @app.command()
-def schema() -> None:
-    """Print the JSON schema of a scene file."""
-    from liggghts_driver.scene.schema import scene_schema
+def schema(
+    markdown: Annotated[
+        bool, typer.Option("--markdown", help="A page for people instead of a JSON schema.")
+    ] = False,
+) -> None:
+    """Print what a scene file may say: its JSON schema, or a page of Markdown."""
+    from liggghts_driver.scene.schema import scene_reference, scene_schema
 
-    typer.echo(json.dumps(scene_schema(), indent=2))
+    typer.echo(scene_reference() if markdown else json.dumps(scene_schema(), indent=2))
 
 
 def _conclude(results: dict[str, object], path: Path, *, reused: bool, as_json: bool) -> None:

@@ -63,11 +63,11 @@ def _flow(console: Console, answer: Mapping[str, Any]) -> None:
     for name, section in answer["sections"].items():
         rate = section["particle_flow_rate_m3_s"]
         table.add_row(
-            f"Q particles, {name} [m3/s]", *_row(rate, answer["comparison"].get(name, {}))
+            Text(f"Q particles, {name} [m3/s]"), *_row(rate, answer["comparison"].get(name, {}))
         )
     velocity = answer["flowing_velocity_m_s"]
     table.add_row(
-        "flowing velocity [m/s]",
+        Text("flowing velocity [m/s]"),
         *_row(velocity, answer["comparison"].get("flowing_velocity", {})),
     )
     console.print(table)

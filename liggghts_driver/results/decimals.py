@@ -147,7 +147,8 @@ def _convert(padded: Bytes, start: Indices, end: Indices) -> tuple[Floats, Indic
     zeros = _leading_zeros(text).take(start)
     fraction = zeros > 0
     digits = np.minimum(end - start, 255).astype(np.uint8) - zeros - fraction
-    word, decimals, bad = _close_gap(_fetch(padded, end, digits))
+    word = _fetch(padded, end, digits)
+    decimals, bad = _close_gap(word)
     pointed = decimals > 0
     odd |= bad | (digits > _WORD) | (fraction & pointed) | (~fraction & (digits <= pointed))
     decimals += (np.uint8(_WORD) - digits) * ~pointed
@@ -166,7 +167,7 @@ def _convert(padded: Bytes, start: Indices, end: Indices) -> tuple[Floats, Indic
 
 def _exponents(padded: Bytes, end: Indices) -> tuple[Indices, NDArray[np.int64], Flags]:
     """Which numbers end in ``e+dd`` or ``e-dd``, their exponents; which of all are malformed."""
-    scientific = np.flatnonzero((padded == ord("e")).take(end + (_WORD - 4)))
+    scientific = np.flatnonzero(padded.take(end + (_WORD - 4)) == ord("e"))
     sign, tens, ones = (padded[end[scientific] + (_WORD - k)] for k in (3, 2, 1))
     tens -= np.uint8(ord("0"))
     ones -= np.uint8(ord("0"))
@@ -193,40 +194,54 @@ def _fetch(padded: Bytes, end: Indices, count: Bytes) -> Words:
     """The last `count` (at most 8) characters before `end`, from byte 0 on, XORed with "0"."""
     words = padded.view("<u8")
     index = end >> 3
-    shift = ((end & 7) << 3).view(np.uint64)
+    bits = end & 7
+    bits <<= 3
+    shift = bits.view(np.uint64)
+    before = words[:-1].take(index)
+    before >>= shift
     word: Words = words[1:].take(index)
-    word <<= _WORD_BITS - shift
-    word |= words[:-1].take(index) >> shift
+    np.subtract(_WORD_BITS, shift, out=shift)
+    word <<= shift
+    word |= before
     word ^= _ZEROS
     word >>= (np.uint8(_WORD * 8) - count * np.uint8(8)).astype(np.uint64)
     return word
 
 
-def _close_gap(word: Words) -> tuple[Words, Bytes, Flags]:
-    """Take the decimal point out of each word and move up what follows it.
+def _close_gap(word: Words) -> tuple[Bytes, Flags]:
+    """Take the decimal point out of each word, in place, and move up what follows it.
 
     Returns
     -------
-    word, decimals, bad
-        The words; how many of their eight digits now stand behind the point's place (0 where there
-        is no point); and which words hold anything but digits.
+    decimals, bad
+        How many of a word's eight digits now stand behind the point's place (0 where there is no
+        point), and which words hold anything but digits.
     """
     # The point's byte becomes zero, and only there does subtracting one borrow from the top bit.
     probe = word ^ _POINTS
     point = probe - _ONES
-    point &= ~probe
+    np.invert(probe, out=probe)
+    point &= probe
     point &= _TOP_BITS
     point >>= np.uint64(7)
-    decimals = ((point * _DISTANCE_FROM_END) >> (_WORD_BITS - _BYTE)).astype(np.uint8)
+    np.multiply(point, _DISTANCE_FROM_END, out=probe)
+    probe >>= _WORD_BITS - _BYTE
+    decimals = probe.astype(np.uint8)
     point -= np.uint64(1)  # from here on a mask of what stands before the point
-    moved = word >> _BYTE
-    word = ((word ^ moved) & point) ^ moved
-    bad = (((word + _CARRY_ABOVE_9) | word) & _TOP_BITS) != 0
-    return word, decimals, bad
+    np.right_shift(word, _BYTE, out=probe)
+    word ^= probe
+    word &= point
+    word ^= probe
+    np.add(word, _CARRY_ABOVE_9, out=probe)
+    probe |= word
+    probe &= _TOP_BITS
+    return decimals, probe != 0
 
 
 def _sum_digits(word: Words) -> Words:
-    """Integer whose decimal digits are the bytes of each word, the first byte the highest."""
+    """Turn each word, in place, into the integer whose digits are its bytes, the highest first."""
     for factor, shift, mask in _PAIRINGS:
-        word = ((word * factor) >> shift) & mask
+        word *= factor
+        word >>= shift
+        word &= mask
     return word

@@ -151,6 +151,7 @@ def tabulate(names: Sequence[str], table: NDArray[np.float64], where: str) -> pd
 
 
 def _whole(values: NDArray[np.float64], name: str, where: str) -> NDArray[np.int64]:
+    values = values.copy()  # contiguous, which pays for the copy
     with np.errstate(invalid="ignore"):
         integers = values.astype(np.int64)
     if not np.array_equal(integers, values):

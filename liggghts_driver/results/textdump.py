@@ -43,6 +43,7 @@ if TYPE_CHECKING:
 
 # Small enough for the numbers of one piece to stay in the processor's cache while they are parsed.
 _PIECE = 3 << 16
+_DIGITS = 19  # of the largest number that the engine counts to
 
 
 def iter_text_frames(path_or_paths: Paths) -> FrameReader:
@@ -118,6 +119,8 @@ class _Source:
         return b""
 
     def _read_on(self) -> bool:
+        if len(self._piece) - self._position > _PIECE:
+            raise self.fault(f"expected a line to end within {_PIECE} bytes", self.lines + 1)
         more = self._stream.read(min(_PIECE, self.unread))
         self.unread -= len(more)
         self._piece = self._piece[self._position :] + more
@@ -165,8 +168,8 @@ def _item(source: _Source, title: str) -> list[str]:
 
 def _whole_number(source: _Source) -> int:
     line = source.line("a whole number")
-    if not line.isdecimal():
-        raise source.fault(f"expected a whole number, found {line!r}", source.lines)
+    if not line.isdecimal() or len(line) > _DIGITS:
+        raise source.fault(f"expected a whole number, found {line[:60]!r}", source.lines)
     return int(line)
 
 

@@ -249,3 +249,11 @@ class Scene(Table):
     gravity: Gravity | None = None
     time: Time
     output: Output = Output()
+
+
+def table_class(annotation: Any) -> type[BaseModel] | None:
+    """The table class inside ``Table``, ``Table | None`` or ``tuple[Table, ...]``."""
+    if isinstance(annotation, type) and issubclass(annotation, BaseModel):
+        return annotation
+    inside = (table_class(argument) for argument in getattr(annotation, "__args__", ()))
+    return next((found for found in inside if found), None)

@@ -12,7 +12,7 @@ from pydantic import BaseModel, ValidationError
 
 from liggghts_driver.errors import SceneError
 from liggghts_driver.scene.checks import Mistake, scene_mistakes
-from liggghts_driver.scene.model import Scene
+from liggghts_driver.scene.model import Scene, table_class
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -166,13 +166,5 @@ def _table(location: tuple[int | str, ...]) -> type[BaseModel]:
     table: type[BaseModel] = Scene
     for part in location:
         if isinstance(part, str) and part in table.model_fields:
-            table = _inner(table.model_fields[part].annotation) or table
+            table = table_class(table.model_fields[part].annotation) or table
     return table
-
-
-def _inner(annotation: Any) -> type[BaseModel] | None:
-    """The table class inside ``Table``, ``Table | None`` or ``tuple[Table, ...]``."""
-    if isinstance(annotation, type) and issubclass(annotation, BaseModel):
-        return annotation
-    inside = (_inner(argument) for argument in getattr(annotation, "__args__", ()))
-    return next((found for found in inside if found), None)

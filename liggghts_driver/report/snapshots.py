@@ -1,0 +1,139 @@
+"""The engine's snapshots, cut to what they show, with the channel drawn in."""
+
+from __future__ import annotations
+
+import io
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+from PIL import Image, ImageChops
+
+from liggghts_driver.errors import ParseError
+from liggghts_driver.report.camera import side_view
+from liggghts_driver.report.numbers import quantity
+from liggghts_driver.report.outline import draw, outline
+from liggghts_driver.report.picture import Picture
+
+if TYPE_CHECKING:
+    from collections.abc import Collection
+    from pathlib import Path
+
+    from liggghts_driver.case import Case
+    from liggghts_driver.report.camera import Camera
+    from liggghts_driver.results.answer import Answer
+    from liggghts_driver.rundir import RunDirectory
+
+#: A snapshot is cut to no less than this part of its picture, and shown no wider than this [px].
+_LEAST_WIDTH, _LEAST_HEIGHT, _LARGEST_WIDTH = 480, 120, 720
+#: Room around what is seen [px].
+_ROOM = 10
+
+#: Left, upper, right and lower edge of a part of a picture [px].
+Edges = tuple[int, int, int, int]
+
+
+@dataclass(frozen=True)
+class Snapshots:
+    """Snapshots in the order of time, each with its time as caption.
+
+    ``note`` says how they are seen; ``legend`` gives what is drawn in to its colour.
+    """
+
+    pictures: tuple[Picture, ...]
+    note: str
+    legend: dict[str, str]
+
+
+def snapshots(case: Case, answer: Answer, directory: RunDirectory) -> Snapshots:
+    """The snapshots of a run, all cut alike; walls and piston drawn in where they are exact.
+
+    Raises
+    ------
+    ParseError
+        If a snapshot cannot be read.
+    """
+    images = {_step(path): _read(path) for path in directory.snapshot_files()}
+    if not images:
+        return Snapshots((), "", {})
+    camera = side_view(directory.deck.read_text(encoding="utf-8"), case)
+    edges = common_edges(list(images.values()), _channel(case, camera))
+    scale = min(1.0, _LARGEST_WIDTH / (edges[2] - edges[0]))
+    pictures: list[Picture] = []
+    legend: dict[str, str] = {}
+    for step, image in images.items():
+        part = _part(image, edges, scale)
+        if camera is not None:
+            lines = outline(case, answer, step)
+            draw(part, camera.cut(edges[0], edges[1], scale), lines)
+            legend |= {line.meaning: line.colour for line in lines}
+        time_s = float(np.interp(step, answer.series["step"], answer.series["time_s"]))
+        pictures.append(_picture(part, step, time_s))
+    return Snapshots(tuple(pictures), camera.note if camera is not None else "", legend)
+
+
+def common_edges(images: Collection[Image.Image], channel: Collection[Edges]) -> Edges:
+    """The part of equally large images outside which all of them show their background.
+
+    Parameters
+    ----------
+    images
+        Each with its background in its upper left corner.
+    channel
+        Parts to be shown whether anything is seen in them or not.
+    """
+    seen = [box for image in images if (box := _difference(image).getbbox()) is not None]
+    width, height = next(iter(images)).size
+    boxes = np.array([*seen, *channel] or [(0, 0, width, height)])
+    left, top = boxes[:, :2].min(axis=0) - _ROOM
+    right, bottom = boxes[:, 2:].max(axis=0) + _ROOM
+    more_x = max(0, _LEAST_WIDTH - (right - left)) // 2
+    more_y = max(0, _LEAST_HEIGHT - (bottom - top)) // 2
+    return (
+        max(0, int(left - more_x)),
+        max(0, int(top - more_y)),
+        min(width, int(right + more_x)),
+        min(height, int(bottom + more_y)),
+    )
+
+
+def _difference(image: Image.Image) -> Image.Image:
+    background = Image.new("RGB", image.size, image.getpixel((0, 0)))
+    return ImageChops.difference(image, background)
+
+
+def _channel(case: Case, camera: Camera | None) -> list[Edges]:
+    """The part of the picture that the channel fills; nothing for a scene without a specimen."""
+    if camera is None or case.scene.specimen is None:
+        return []
+    low, high = case.layout.low, case.layout.high
+    edges = camera.column(low[0]), camera.row(high[2]), camera.column(high[0]), camera.row(low[2])
+    left, top, right, bottom = (round(edge) for edge in edges)
+    return [(left, top, right, bottom)]
+
+
+def _part(image: Image.Image, edges: Edges, scale: float) -> Image.Image:
+    """A part of a picture, smaller by a factor; this smooths the edges of the spheres."""
+    width, height = edges[2] - edges[0], edges[3] - edges[1]
+    size = max(1, round(scale * width)), max(1, round(scale * height))
+    return image.crop(edges).resize(size, Image.Resampling.LANCZOS)
+
+
+def _step(path: Path) -> int:
+    return int(path.name.split(".")[1])
+
+
+def _read(path: Path) -> Image.Image:
+    try:
+        with Image.open(path) as image:
+            return image.convert("RGB")
+    except OSError as error:
+        raise ParseError(f"{path}: cannot be read as a picture ({error})") from None
+
+
+def _picture(image: Image.Image, step: int, time_s: float) -> Picture:
+    out = io.BytesIO()
+    image.save(out, format="png")
+    time = quantity(time_s, "s")
+    alt = f"The spheres after {time}, seen from the side"
+    return Picture(f"snapshot-{step:010d}", out.getvalue(), alt, f"t = {time}")

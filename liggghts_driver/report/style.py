@@ -1,0 +1,64 @@
+"""How all figures look: colours that the colour-blind tell apart, and one way to make a PNG."""
+
+from __future__ import annotations
+
+import io
+from typing import TYPE_CHECKING, Any
+
+import matplotlib as mpl
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+# The palette of Okabe and Ito (2008).
+BLUE, VERMILION, GREEN = "#0072B2", "#D55E00", "#009E73"
+ORANGE, SKY, PURPLE = "#E69F00", "#56B4E9", "#CC79A7"
+INK, GREY, SHADE = "#1B1B1B", "#6B6B6B", "#EEEEEE"
+DASHED = (0, (5, 2))
+
+_WIDTH_IN = 5.6
+_PIXELS_PER_IN = 190
+
+_LOOK: dict[Any, Any] = {
+    "font.family": "DejaVu Sans",
+    "font.size": 10.5,
+    "text.usetex": False,
+    "text.color": INK,
+    "axes.labelcolor": INK,
+    "axes.edgecolor": GREY,
+    "axes.linewidth": 0.8,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.grid": True,
+    "axes.axisbelow": True,
+    "axes.formatter.limits": (-3, 5),
+    "axes.formatter.use_mathtext": True,
+    "grid.color": "#E3E3E3",
+    "grid.linewidth": 0.7,
+    "xtick.color": GREY,
+    "ytick.color": GREY,
+    "xtick.labelcolor": INK,
+    "ytick.labelcolor": INK,
+    "lines.linewidth": 1.8,
+    "legend.frameon": False,
+    "legend.fontsize": "medium",
+    "legend.handlelength": 2.0,
+    "legend.borderaxespad": 0.2,
+}
+
+
+def draw(paint: Callable[[Figure], None], height_in: float) -> bytes:
+    """A PNG of what ``paint`` puts on a figure of the common width."""
+    with mpl.rc_context(_LOOK):
+        figure = Figure(figsize=(_WIDTH_IN, height_in), layout="constrained")
+        FigureCanvasAgg(figure)
+        paint(figure)
+        for axis in (axis for axes in figure.axes for axis in (axes.xaxis, axes.yaxis)):
+            if axis.get_scale() == "linear":
+                axis.get_major_locator().set_params(steps=[1, 2, 5, 10])
+        out = io.BytesIO()
+        # Without the software's name, equal data give equal files.
+        figure.savefig(out, format="png", dpi=_PIXELS_PER_IN, metadata={"Software": None})
+    return out.getvalue()

@@ -1,0 +1,307 @@
+"""The time step: every contact is resolved, every bound named, and the intervals fit together."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import assume, given, settings
+from hypothesis import strategies as st
+from small_scenes import COLLISION, FLUID, GONE, GRAIN, INFILTRATION, MATERIAL, case_of, shipped
+
+from liggghts_driver.case import make_case
+from liggghts_driver.errors import SceneError
+from liggghts_driver.physics.contact import Body, contact_duration_s
+from liggghts_driver.physics.drag import drag_coefficient_n_s_m, free_flight_speed_m_s
+from liggghts_driver.scene import make_scene
+from liggghts_driver.timestep import contact_bounds
+
+GRAINS = {"youngs_modulus": 1.0e6, "poissons_ratio": 0.25}
+SETTLING = shipped("settling_sphere")
+
+
+def bound(case, name: str):
+    return next(bound for bound in case.time.bounds if bound.name == name)
+
+
+def bodies(case) -> list[Body]:
+    """Every sphere as a body; a wall at the end if there is one."""
+    scene, population = case.scene, case.population
+    found = []
+    for row, radius in enumerate(population.radii_m.tolist()):
+        mover = row < population.particles
+        table = scene.particles if mover else scene.grains
+        mass = scene.particles.density * 4 / 3 * math.pi * radius**3 if mover else math.inf
+        found.append(Body(radius, mass, table.youngs_modulus, table.poissons_ratio))
+    if case.layout.walls or scene.piston:
+        walls, particles = scene.walls, scene.particles
+        modulus = walls.youngs_modulus or particles.youngs_modulus
+        found.append(Body(math.inf, math.inf, modulus, particles.poissons_ratio))
+    return found
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [
+        {},
+        {"particles.radius_deviation": 0.0004},
+        {"walls": {"youngs_modulus": 1e9}},
+        pytest.param(
+            {"grains.radius_deviation": 0.001},
+            marks=pytest.mark.xfail(
+                reason="timestep.py _partners: with the smallest grain the contact is not the "
+                "shortest; Eq. 21 falls with r*, so the largest grain is"
+            ),
+        ),
+    ],
+    ids=str,
+)
+def test_no_contact_of_any_two_spheres_is_shorter_than_the_bound(changes):
+    case = case_of(INFILTRATION, changes)
+    speed = case.speed_bound_m_s
+    everyone = bodies(case)
+    movers = everyone[: case.population.particles]
+    shortest = min(
+        contact_duration_s(mover, other, speed)
+        for index, mover in enumerate(movers)
+        for other in everyone[index + 1 :]
+    )
+    found = contact_bounds(case.scene, case.layout, case.population, speed)
+    # The smallest particle is taken twice, though there may be one of its size only: with the
+    # radii of these scenes that is 12 % below the shortest contact at most.
+    assert 0.85 * 0.1 * shortest <= min(bound.step_s for bound in found) <= 0.1 * shortest
+    grain = [
+        contact_duration_s(mover, body, speed)
+        for mover in movers
+        for body in everyone[case.population.particles : len(case.population.radii_m)]
+    ]
+    (of_grains,) = [bound.step_s for bound in found if "grain" in bound.name]
+    assert of_grains <= 0.1 * min(grain) * (1 + 1e-12)
+
+
+def test_bounds_are_sorted_and_explained():
+    case = case_of(INFILTRATION, {"drag.scheme": "exact"})
+    names = [bound.name for bound in case.time.bounds]
+    assert set(names) == {
+        "contact particle-particle", "contact particle-grain", "contact particle-wall", "drag",
+        "duration",
+    }  # fmt: skip
+    steps = [bound.step_s for bound in case.time.bounds]
+    assert steps == sorted(steps)
+    assert case.time.bound_s == steps[0]
+    assert "Eq. 21" in bound(case, "contact particle-wall").reason
+    assert bound(case, "duration").step_s == pytest.approx(1.0 / 20, rel=1e-14)
+
+
+def test_the_step_follows_the_asked_fraction():
+    one, two = (case_of(COLLISION, {"time.step_fraction": f}) for f in (0.1, 0.02))
+    ratio = (
+        bound(one, "contact particle-particle").step_s
+        / bound(two, "contact particle-particle").step_s
+    )
+    assert ratio == pytest.approx(5.0, rel=1e-12)
+
+
+@pytest.mark.parametrize("scheme", ["implicit", "held", "exact"])
+def test_explicit_drag_bounds_the_step(scheme):
+    case = case_of(SETTLING, {"drag.scheme": scheme, "time.step": GONE})
+    drag = [bound for bound in case.time.bounds if bound.name == "drag"]
+    if scheme == "implicit":
+        assert not drag
+        return
+    mass = 7000.0 * 4 / 3 * math.pi * 0.0015**3
+    coefficient = float(drag_coefficient_n_s_m(2000.0, 1e-3, 0.0015, case.speed_bound_m_s))
+    # K dt / m below 0.1.
+    assert drag[0].step_s == pytest.approx(0.1 * mass / coefficient, rel=1e-12)
+
+
+class TestSpeedBound:
+    """No relative speed of a contact may exceed it: each cause alone, twice."""
+
+    def test_initial_speeds(self):
+        spheres = [
+            {"radius": 1e-3, "position": [x, 0.0, 0.0], "velocity": [v, 0.0, 0.0]}
+            for x, v in [(-0.01, 0.3), (0.0, -0.5), (0.01, 0.1)]
+        ]
+        # The fastest two, head-on.
+        assert case_of(COLLISION, {"spheres": spheres}).speed_bound_m_s == pytest.approx(0.8)
+
+    def test_free_fall_over_the_diagonal(self):
+        case = case_of(COLLISION, {"gravity": {"acceleration": [0.0, 0.0, -2.0]}})
+        diagonal = math.sqrt(0.04**2 + 2 * 0.01**2)
+        expected = 2 * math.sqrt(2 * 2.0 * diagonal) + 0.01
+        assert case.speed_bound_m_s == pytest.approx(expected, rel=1e-12)
+
+    def test_free_flight_in_a_fluid(self):
+        case = case_of(SETTLING, {"box.high": [10.0, 0.01, 0.01], "time.step": GONE})
+        force = 2 * math.pi * 0.0015**3 * 10.0
+        expected = 2 * free_flight_speed_m_s(2000.0, 1e-3, 0.0015, force)
+        assert case.speed_bound_m_s == pytest.approx(expected, rel=1e-12)
+
+    @pytest.mark.parametrize("mass", [0.1, 10.0])
+    def test_a_free_piston(self, mass):
+        case = case_of(INFILTRATION, {"piston.mass": mass, "pressure": GONE, "fluid": GONE})
+        assert case.speed_bound_m_s >= 2 * min(2.143e-3 * 1.0, math.sqrt(2 * 2.143e-3 * 0.03))
+
+    @pytest.mark.parametrize(
+        "fluid",
+        [
+            {"velocity_outside": "constant", "velocity": 0.2},
+            {"velocity_outside": "constant", "velocity": -0.2},
+            {"velocity_outside": "accelerating", "acceleration": 0.2},
+            pytest.param(
+                {"velocity_outside": "accelerating", "acceleration": -0.2},
+                marks=pytest.mark.xfail(
+                    reason="timestep.py _fluid_speed: a negative acceleration lowers the bound"
+                ),
+            ),
+        ],
+        ids=str,
+    )
+    def test_a_fluid_in_motion(self, fluid):
+        case = case_of(COLLISION, {"fluid": {**FLUID, **fluid}, "time.duration": 1.0})
+        assert case.speed_bound_m_s >= 2 * 0.2
+
+    @pytest.mark.xfail(reason="timestep.py _fluid_speed leaves the pore velocity out")
+    def test_a_fluid_in_motion_inside_the_specimen(self):
+        still, pore = (
+            case_of(INFILTRATION, {"fluid.velocity_inside": inside}) for inside in ("still", "pore")
+        )
+        assert pore.speed_bound_m_s > still.speed_bound_m_s
+
+    def test_where_nothing_moves_there_is_still_a_bound(self):
+        spheres = [{"radius": 1e-3, "position": [0.0, 0.0, 0.0]}]
+        assert case_of(COLLISION, {"spheres": spheres}).speed_bound_m_s > 0
+
+
+@pytest.mark.parametrize(
+    ("changes", "name", "way_out"),
+    [
+        ({"time.step": 1e-3}, "contact particle-particle", "time.step_fraction"),
+        ({"time.step": 4.9e-3, "spheres": [COLLISION["spheres"][0]], "fluid": FLUID,
+          "drag": {"scheme": "exact"}, "contact.restitution": GONE,
+          "particles.density": 7e-3}, "drag", "shorten"),
+    ],
+)  # fmt: skip
+def test_a_step_above_a_bound_is_refused_with_the_way_out(changes, name, way_out):
+    changes = {key: value for key, value in changes.items() if key != "contact.restitution"}
+    with pytest.raises(SceneError) as caught:
+        case_of(COLLISION, changes)
+    text = str(caught.value)
+    assert f"time.step = {changes['time.step']:g} s" in text
+    assert name in text
+    assert way_out in text
+    # What the message allows is accepted, what is a little more is not.
+    allowed = float(text.split("must be at most ")[1].split()[0])
+    case_of(COLLISION, {**changes, "time.step": 0.999 * allowed})
+    with pytest.raises(SceneError, match="at most"):
+        case_of(COLLISION, {**changes, "time.step": 1.001 * allowed})
+
+
+def test_the_papers_step_is_accepted():
+    assert make_case(make_scene(shipped("infiltration"))).time.step_s == 1.0e-4
+
+
+PLANS = st.fixed_dictionaries(
+    {
+        "time.duration": st.floats(1e-3, 100.0),
+        "time.step": st.just(GONE),
+        "output.samples": st.integers(10, 2000),
+        "output.frames": st.integers(1, 300),
+        "output.images": st.integers(0, 10),
+        "drag.scheme": st.sampled_from(["implicit", "held", "exact"]),
+    },
+    optional={"drag.refresh": st.floats(1e-5, 10.0), "drag.tolerance": st.floats(1e-4, 0.1)},
+)
+
+
+def is_a_plan(time):
+    assert time.step_s <= time.bound_s * (1 + 1e-9)
+    # refresh | sample | frame, image and steps.
+    for interval in (time.sample_every, time.frame_every, time.image_every, time.steps):
+        assert interval % time.refresh_every == 0
+    for interval in (time.frame_every, time.image_every, time.steps):
+        assert interval % time.sample_every == 0
+    assert time.frame_every <= time.steps
+    assert min(time.refresh_every, time.frame_every, time.image_every) >= 1
+
+
+@given(PLANS)
+@settings(deadline=None)
+def test_a_chosen_step_gives_a_plan_that_ends_in_time(changes):
+    time = case_of(SETTLING, changes).time
+    is_a_plan(time)
+    # The chosen step divides the duration: only the rounding of the division is left.
+    assert time.steps * time.step_s == pytest.approx(changes["time.duration"], rel=1e-12)
+    assert time.steps == time.sample_every * changes["output.samples"]
+    if "drag.refresh" in changes:
+        assert time.refresh_every * time.step_s <= changes["drag.refresh"] * (1 + 1e-9) or (
+            time.refresh_every == 1
+        )
+
+
+@given(PLANS, st.floats(1e-3, 1.0))
+@settings(deadline=None)
+def test_a_given_step_is_kept(changes, part):
+    chosen = case_of(SETTLING, changes).time
+    step = part * chosen.bound_s
+    assume(chosen.steps / part < 1e12)
+    time = case_of(SETTLING, {**changes, "time.step": step}).time
+    is_a_plan(time)
+    assert time.step_s == step
+    # The interval between samples gives way, and the duration by half of one at most.
+    assert abs(time.steps * step - changes["time.duration"]) <= 0.51 * time.sample_every * step
+
+
+@given(PLANS)
+@settings(deadline=None)
+@pytest.mark.xfail(reason="timestep.py plan_time: frame_every need not divide the steps")
+def test_the_last_frame_is_that_of_the_last_step(changes):
+    time = case_of(SETTLING, changes).time
+    assert time.steps % time.frame_every == 0
+
+
+@pytest.mark.xfail(reason="timestep.py plan_time: the engine refuses more than 2147483647 steps")
+def test_a_run_as_long_as_the_engine_cannot_count_is_refused():
+    with pytest.raises(SceneError, match=r"time\."):
+        case_of(COLLISION, {"time.duration": 1e9})
+
+
+def test_coefficients_are_kept_no_longer_than_the_tolerance_allows():
+    """Half the interval times 0.354 K/m is the relative error of a speed that relaxes with K/m."""
+    times = [
+        case_of(INFILTRATION, {"drag.tolerance": t, "time.duration": 20.0}).time
+        for t in (0.001, 0.002)
+    ]
+    intervals = [time.refresh_every * time.step_s for time in times]
+    assert intervals[1] == pytest.approx(2 * intervals[0], rel=0.2)  # whole steps
+    assert all(time.refresh_every > 1 for time in times)
+
+
+def test_stokes_drag_needs_no_refreshing():
+    """Below Re = 1 the coefficient is constant: it is renewed with the samples only."""
+    time = case_of(SETTLING, {"fluid.viscosity": 1.0}).time
+    assert time.refresh_every == time.sample_every
+
+
+def test_without_particles_nothing_but_the_samples_bounds_the_step():
+    case = case_of(COLLISION, {"spheres": [GRAIN], "grains": GRAINS})
+    assert [bound.name for bound in case.time.bounds] == ["duration"]
+
+
+def test_a_lone_particle_without_walls_meets_nobody():
+    case = case_of(COLLISION, {"spheres": COLLISION["spheres"][:1]})
+    assert [bound.name for bound in case.time.bounds] == ["duration"]
+
+
+def test_a_small_particle_counts_among_large_ones():
+    spheres = [
+        {"radius": r, "position": [x, 0.0, 0.0], "velocity": [0.01, 0.0, 0.0]}
+        for r, x in [(0.004, -0.01), (0.001, 0.0), (0.003, 0.01)]
+    ]
+    case = case_of(COLLISION, {"spheres": spheres})
+    mass = MATERIAL["density"] * 4 / 3 * np.pi * 0.001**3
+    small = Body(0.001, float(mass), 1.0e7, 0.25)
+    expected = 0.1 * contact_duration_s(small, small, case.speed_bound_m_s)
+    assert case.time.bound_s <= expected * (1 + 1e-12)
