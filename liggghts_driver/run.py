@@ -12,7 +12,7 @@ from liggghts_driver.engine.completion import missing_proofs
 from liggghts_driver.engine.diagnose import failure_message
 from liggghts_driver.engine.find import find_engine
 from liggghts_driver.engine.launch import Launch, launch
-from liggghts_driver.errors import RunError
+from liggghts_driver.errors import RunError, RunFolderError
 from liggghts_driver.results.thermo import Thermo, read_thermo
 from liggghts_driver.rundir import RunDirectory, scene_hash, write_text
 
@@ -25,6 +25,10 @@ if TYPE_CHECKING:
 
 #: What of the time plan a run keeps, so that a later version of this software reads it right.
 _PLAN = ("step_s", "steps", "sample_every", "refresh_every", "frame_every", "image_every")
+
+
+#: The engine's split is believed when it tells of this share of the stepping.
+_TOLD = 0.9
 
 
 @dataclass(frozen=True)
@@ -100,7 +104,7 @@ def run_case(
         **facts,
         "wall_s": ended.wall_s,
         "returncode": ended.returncode,
-        "parts": _engine_parts(case, thermo),
+        "parts": _engine_parts(thermo),
     }
     if faults:
         directory.write_state(state="failed", **outcome, faults=faults)
@@ -109,10 +113,13 @@ def run_case(
     return finished_run(case, directory, reused=False)
 
 
-def _engine_parts(case: Case, thermo: Thermo) -> dict[str, float]:
-    """The engine's own split of its time, where it tells of every step; else nothing."""
-    told = sum(loop.steps for loop in thermo.loops)
-    if told != case.time.steps:
+def _engine_parts(thermo: Thermo) -> dict[str, float]:
+    """The engine's own split of its time, where it tells of nearly all of it; else nothing.
+
+    A run that renews something in between is told in pieces that the engine does not split.
+    """
+    told, taken = sum(thermo.timing_s.values()), sum(loop.seconds for loop in thermo.loops)
+    if told < _TOLD * taken:
         return {}
     return {f"engine_{name.lower()}_s": seconds for name, seconds in thermo.timing_s.items()}
 
@@ -139,8 +146,20 @@ def _launch(
 
 
 def finished_run(case: Case, directory: RunDirectory, *, reused: bool) -> FinishedRun:
-    """What is known of a run that is complete on disk."""
+    """What is known of a run that is complete on disk.
+
+    Raises
+    ------
+    RunFolderError
+        If the run was recorded by a version of this software that kept less of it.
+    """
     state = directory.read_state()
+    missing = {"time", "ranks", "wall_s", "command", "engine", "parts"} - state.keys()
+    if missing:
+        raise RunFolderError(
+            f"{directory.state}: does not tell {', '.join(sorted(missing))}; it was written by "
+            "another version of this software, run the scene again in another folder"
+        )
     return FinishedRun(
         case=replace(case, time=replace(case.time, **state["time"])),
         directory=directory,

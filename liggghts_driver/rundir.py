@@ -32,10 +32,10 @@ def scene_hash(scene: Scene) -> str:
 
 
 def templates_hash() -> str:
-    """Identity of the templates: the SHA-256 of their names and texts."""
+    """Identity of the deck's templates: the SHA-256 of their names and texts."""
     digest = hashlib.sha256()
     root = templates_dir()
-    for path in sorted(root.rglob("*.j2")):
+    for path in (root / "deck.in.j2", *sorted((root / "effects").glob("*.j2"))):
         digest.update(f"{path.relative_to(root)}\0".encode() + path.read_bytes())
     return digest.hexdigest()
 

@@ -105,6 +105,6 @@ def evaluate(formula: str, known: dict[str, str], atom: dict[str, float]) -> flo
     for name in {name for kind, name in _REFERENCE.findall(text) if kind == "v"}:
         if f"v_{name}" not in names:
             names[f"v_{name}"] = evaluate(known[name], known, atom)
-    words = {word for word in re.findall(r"[A-Za-z_]\w*", re.sub(r"\d\.?\d*e[-+]?\d+", "", text))}
+    words = set(re.findall(r"[A-Za-z_]\w*", re.sub(r"\d\.?\d*e[-+]?\d+", "", text)))
     assert words <= set(names) | ATOM_WORDS, f"{formula}: the engine has no {words - set(names)}"
     return float(eval(text, {"__builtins__": {}}, names))

@@ -7,6 +7,7 @@ import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
 
+from liggghts_driver.results import decimals
 from liggghts_driver.results.decimals import RowError, parse_rows
 
 FORMATS = ("%g", "%.3f", "%.8f", "%d", "%.8g", "%.10g", "%.17g", "%e", "%.0e")
@@ -53,6 +54,11 @@ def test_every_number_is_the_double_that_float_reads(fields):
 @example("1e", "1", "1")
 @example("e-05", "1", "1")
 @example("-e-05", "1", "1")
+@example("1e-/5", "1", "1")
+@example("1e-:5", "1", "1")
+@example("1e-0/", "1", "1")
+@example("1e-0:", "1", "1")
+@example("1e005", "1", "1")
 @example("0.1.2", "1", "1")
 @example("..", "1", "1")
 @example("1/2", "1", "1")
@@ -66,6 +72,16 @@ def test_a_field_is_read_as_float_reads_it_or_refused(field, before, after):
     else:
         values = [float(before), expected, float(after)]
         np.testing.assert_array_equal(parse_rows(text, 3), [values])
+
+
+def test_numbers_as_the_engine_prints_them_need_no_second_look(monkeypatch):
+    # Six digits, exponents down to -15: seven decimals more make 10^22, the last exact power.
+    rng = np.random.default_rng(2)
+    values = rng.normal(size=3000) * 10.0 ** rng.integers(-14, 9, 3000)
+    fields = [f"{value:g}" for value in values[np.abs(values) > 1e-15]]
+    monkeypatch.delattr(decimals, "_convert_one")
+    parsed = parse_rows(whole_lines(fields, 1), 1)
+    assert parsed[:, 0].tolist() == [float(field) for field in fields]
 
 
 def test_large_tables_keep_their_shape():

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from small_scenes import COLLISION, GONE, INFILTRATION, case_of
+from small_scenes import COLLISION, INFILTRATION, case_of
 
 from liggghts_driver.deck.particles import particle_data, simulation_box
 
@@ -89,9 +89,3 @@ def test_a_piston_has_room_in_a_box_without_walls():
     case = case_of(COLLISION, {"piston": {"acceleration": 1.0, "mass": 1.0}})
     (_, _), (y_low, _), _ = simulation_box(case)
     assert y_low < -0.005 * (1 + 2 * 0.05)
-
-
-def test_no_spheres_no_atoms():
-    changes = {"spheres": GONE, "particles.count": 1, "particles.radius_mean": 0.001}
-    counts, _, atoms, _ = read(particle_data(case_of(COLLISION, changes)))
-    assert counts["atoms"] == len(atoms) == 1

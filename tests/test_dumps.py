@@ -219,6 +219,8 @@ def test_another_format_is_refused(path, read):
         ("16\n", "17\n", 26, "1 of 17 lines"),
         ("BOUNDS ff", "BOUNDS xy xz yz ff", 5, "orthogonal"),
         ("0 0.1\n", "0 0.1 0\n", 6, "bound"),
+        ("16\n", "99999999999999\n", 26, "99999999999983 of 99999999999999 lines"),
+        ("16\n", "9" * 5000 + "\n", 4, "whole number"),
         ("ITEM: ATOMS id", "ITEM: ATOMS", 10, "expected 8 numbers"),
         ("id type x y z vx vy vz radius \n", "\n", 9, "names of the columns"),
         ("id type x", "id type id", 9, "different names"),

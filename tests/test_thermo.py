@@ -145,12 +145,16 @@ def test_the_result_cannot_be_changed():
         "     200       2.5-----\n",
         "Step x \n",  # a text, not a header: it is not aligned
         "    Step, then the rest \n",
+        "    Step              y  \n",
+        "    Step              y\n",
         "\n",
     ],
 )
 def test_only_rows_are_rows(scratch, between):
     text = header("Step", "x") + row(100, 1.5) + between + row(300, 3.5)
-    assert read(scratch, text).rows["Step"].tolist() == [100, 300]
+    rows = read(scratch, text).rows
+    assert rows["Step"].tolist() == [100, 300]
+    assert rows["x"].tolist() == [1.5, 3.5]
 
 
 def test_rows_after_the_loop_time_belong_to_no_run(scratch):

@@ -50,6 +50,8 @@ def results(answer: Mapping[str, Any], path: Path, *, reused: bool, as_json: boo
             f"{check['name']}: {check['simulated']:.6g}, exactly {check['exact']:.6g}",
             markup=False,
         )
+    for note in answer["notes"]:
+        console.print(f"note: {note}", markup=False)
     cost = answer["cost"]
     console.print(
         f"{cost['particles']} particles, {cost['steps']} steps in {cost['wall_s']:.1f} s on "

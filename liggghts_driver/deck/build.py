@@ -21,6 +21,13 @@ if TYPE_CHECKING:
 #: Young's moduli that the engine takes without being told that they are meant [Pa].
 _USUAL_MODULI_PA = (5e6, 1e9)
 FRAME_COLUMNS = ("id", "x", "y", "z", "vx", "vy", "vz")
+#: Red, green and blue of each material in the snapshots; safe for the colour-blind.
+_COLOURS = {
+    "particles": "0.0 0.45 0.70",
+    "grains": "0.80 0.74 0.64",
+    "walls": "0.5 0.5 0.5",
+}
+_PIXELS = 1600
 DATA_FILE = "particles.data"
 SERIES_FILE = "series.txt"
 
@@ -157,27 +164,35 @@ def _refresh(case: Case, active: tuple[Effect, ...]) -> dict[str, object] | None
 
 
 def _output(case: Case) -> dict[str, object]:
-    low, high = zip(*simulation_box(case), strict=True)
-    length, height = high[0] - low[0], max(high[1] - low[1], high[2] - low[2])
-    pixels = 1200
     return {
         "series_file": SERIES_FILE,
         "frame_pattern": "dumps/particles.*.bin",
         "frame_columns": " ".join(FRAME_COLUMNS),
         "images": case.scene.output.images > 0,
         "image_pattern": "dumps/snapshot.*.ppm",
-        "image_options": f"size {pixels} {max(200, round(pixels * height / length))} "
-        "view 90 270 zoom 1.6 box no 0.0 shiny 0.3",
+        "image_options": _camera(case),
         "image_colours": _image_colours(case),
         "paraview": case.scene.output.paraview,
         "paraview_pattern": "dumps/paraview.*.vtk",
     }
 
 
+def _camera(case: Case) -> str:
+    """A view along y, without perspective, in which the box just fills the picture."""
+    x, y, z = (high - low for low, high in simulation_box(case))
+    longer = max(x, z)
+    width, height = round(_PIXELS * x / longer), round(_PIXELS * z / longer)
+    # The engine scales the longest edge of the box to half of the picture's height.
+    zoom = 2.0 * max(x, y, z) * width / (height * x)
+    return f"size {width} {height} view 90 270 zoom {zoom!r} box no 0.0 shiny 0.1"
+
+
 def _image_colours(case: Case) -> str:
-    colours = {"particles": "steelblue", "grains": "tan", "walls": "gray"}
-    named = " ".join(f"acolor {case.type_of(name)} {colours[name]}" for name in case.materials)
-    return f"{named} backcolor white"
+    """Colours; the front half of a specimen is cut away, so that the flow inside is seen."""
+    defined = " ".join(f"color {name} {rgb}" for name, rgb in _COLOURS.items())
+    used = " ".join(f"acolor {case.type_of(name)} {name}" for name in case.materials)
+    cut = " thresh y >= 0.0" if case.scene.specimen is not None else ""
+    return f"{defined} {used} backcolor white{cut}"
 
 
 def _fragment(case: Case, effect: Effect) -> dict[str, object]:

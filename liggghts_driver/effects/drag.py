@@ -60,10 +60,14 @@ class Drag(Effect):
         return (Column("largest_reynolds_squared", "c_largest_re2"),)
 
     def refresh(self, case: Case) -> Refresh | None:
-        """What the implicit scheme renews between its intervals."""
-        if case.scene.drag.scheme != "implicit":
-            return None
-        return _ImplicitPlan.of(case).refresh()
+        """What the scheme renews between its intervals."""
+        scheme = case.scene.drag.scheme
+        if scheme == "implicit":
+            return _ImplicitPlan.of(case).refresh()
+        if scheme == "held":
+            command = "set group particles property/atom coefficient v_drag"
+            return Refresh(case.time.refresh_every, (), (command,))
+        return None
 
 
 @dataclass(frozen=True)

@@ -74,9 +74,10 @@ def _time(results: Mapping[str, Any]) -> list[tuple[str, str]]:
 
 
 def _limits(results: Mapping[str, Any]) -> list[tuple[str, str]]:
-    overlap = 100.0 * results["max_overlap_over_radius"]
+    overlap = results["max_overlap_over_radius"]
+    percent = number(None if overlap is None else 100.0 * overlap, 2)
     return [
-        ("Largest overlap", f"{number(overlap, 2)} % of the smaller radius"),
+        ("Largest overlap", f"{percent} % of the smaller radius"),
         ("Largest speed", quantity(results["largest_speed_m_s"], "m/s")),
     ]
 

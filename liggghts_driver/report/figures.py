@@ -50,8 +50,8 @@ def _velocity(answer: Answer) -> Picture:
         "velocity",
         draw(partial(paint_velocity, answer), _HEIGHT_IN),
         "Mean velocity and number of the flowing particles against time",
-        "Above: mean velocity along x of the particles that flow inside the specimen. Below: how many "
-        "particles are inside, and how many of these flow.",
+        "Above: mean velocity along x of the particles that flow inside the specimen. Below: how "
+        "many particles are inside, and how many of these flow.",
     )
 
 

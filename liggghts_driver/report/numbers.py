@@ -82,8 +82,10 @@ def with_error(value: float, error: float | None) -> str:
     return fixed(value, decimals) + (f" ± {fixed(error, decimals)}" if decimals is not None else "")
 
 
-def quantity(value: float, dimension: str, digits: int = 3) -> str:
+def quantity(value: float | None, dimension: str, digits: int = 3) -> str:
     """A value given in SI with a unit that fits it."""
+    if value is None:
+        return NONE
     unit = unit_for(dimension, abs(value))
     return f"{number(unit.of(value), digits)} {unit.name}"
 

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
 from PIL import ImageDraw
 
-from liggghts_driver.report.style import GREY, INK, VERMILION
+from liggghts_driver.report.style import GREY, INK, PALE, VERMILION
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -37,23 +38,28 @@ class Line:
 
 
 def outline(case: Case, answer: Answer, step: int) -> list[Line]:
-    """The walls that are seen edge-on, the specimen's faces, and the piston at a step."""
+    """The domain's faces that are seen edge-on, the specimen's faces, the piston at a step."""
     low, high = case.layout.low, case.layout.high
     corners = {
-        "x-": ((low[0], low[2]), (low[0], high[2])),
-        "x+": ((high[0], low[2]), (high[0], high[2])),
         "z-": ((low[0], low[2]), (high[0], low[2])),
         "z+": ((low[0], high[2]), (high[0], high[2])),
+        "x-": ((low[0], low[2]), (low[0], high[2])),
+        "x+": ((high[0], low[2]), (high[0], high[2])),
     }
-    walls = [ends for face, ends in corners.items() if face in case.layout.walls]
-    lines = [Line("walls", GREY, _THIN, *ends) for ends in walls]
+    lines = []
+    for face, ends in corners.items():
+        if face in case.layout.walls:
+            lines.append(Line("walls", GREY, _THIN, *ends))
+        elif case.scene.piston is None:
+            lines.append(Line("open faces", PALE, _THIN, *ends))
     if case.scene.specimen is not None:
         faces = (0.0, case.scene.specimen.length)
         name = "faces of the specimen"
         lines += [Line(name, INK, _THIN, (x, low[2]), (x, high[2])) for x in faces]
     if case.scene.piston is not None:
         x = float(np.interp(step, answer.series["step"], answer.series["piston_x_m"]))
-        lines.append(Line("piston", VERMILION, _THICK, (x, low[2]), (x, high[2])))
+        if math.isfinite(x):  # a run that failed numerically is reported too
+            lines.append(Line("piston", VERMILION, _THICK, (x, low[2]), (x, high[2])))
     return lines
 
 

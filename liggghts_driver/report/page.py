@@ -34,7 +34,7 @@ class Headline:
 
 
 _HEADLINES = {
-    "valid": Headline("Valid", "✓", "Every check of this run was passed."),
+    "valid": Headline("Valid", "✓", "This run passed every check."),
     "not_steady": Headline(
         "Not steady",
         "~",

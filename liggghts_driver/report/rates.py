@@ -24,7 +24,7 @@ def paint_volumes(answer: Answer, figure: Figure) -> None:
     series, estimate = answer.series, answer.results["estimate"]
     time = series["time_s"]
     volumes = {name: series[f"volume_{name}_m3"] for name in answer.results["sections"]}
-    unit = unit_for("m³", max(float(volume.max()) for volume in volumes.values()))
+    unit = unit_for("m³", max(float(volume.abs().max()) for volume in volumes.values()))
     axes = figure.add_subplot(xlabel="time [s]", ylabel=f"volume of particles [{unit.name}]")
     for name, volume in volumes.items():
         axes.plot(time, volume / unit.size, color=_COLOURS[name], label=f"simulation, {name}")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -24,10 +25,8 @@ if TYPE_CHECKING:
     from liggghts_driver.results.answer import Answer
     from liggghts_driver.rundir import RunDirectory
 
-#: A snapshot is cut to no less than this part of its picture, and shown no wider than this [px].
-_LEAST_WIDTH, _LEAST_HEIGHT, _LARGEST_WIDTH = 480, 120, 720
-#: Room around what is seen [px].
-_ROOM = 10
+#: Largest width of a snapshot on the page, and the room around what is seen [px].
+_LARGEST_WIDTH, _ROOM = 720, 10
 
 #: Left, upper, right and lower edge of a part of a picture [px].
 Edges = tuple[int, int, int, int]
@@ -57,7 +56,7 @@ def snapshots(case: Case, answer: Answer, directory: RunDirectory) -> Snapshots:
     if not images:
         return Snapshots((), "", {})
     camera = side_view(directory.deck.read_text(encoding="utf-8"), case)
-    edges = common_edges(list(images.values()), _channel(case, camera))
+    edges = common_edges(list(images.values()), [] if camera is None else [_domain(case, camera)])
     scale = min(1.0, _LARGEST_WIDTH / (edges[2] - edges[0]))
     pictures: list[Picture] = []
     legend: dict[str, str] = {}
@@ -72,28 +71,25 @@ def snapshots(case: Case, answer: Answer, directory: RunDirectory) -> Snapshots:
     return Snapshots(tuple(pictures), camera.note if camera is not None else "", legend)
 
 
-def common_edges(images: Collection[Image.Image], channel: Collection[Edges]) -> Edges:
+def common_edges(images: Collection[Image.Image], wanted: Collection[Edges]) -> Edges:
     """The part of equally large images outside which all of them show their background.
 
     Parameters
     ----------
     images
         Each with its background in its upper left corner.
-    channel
-        Parts to be shown whether anything is seen in them or not.
+    wanted
+        Parts that belong to it whether anything is seen in them or not.
     """
-    seen = [box for image in images if (box := _difference(image).getbbox()) is not None]
     width, height = next(iter(images)).size
-    boxes = np.array([*seen, *channel] or [(0, 0, width, height)])
-    left, top = boxes[:, :2].min(axis=0) - _ROOM
-    right, bottom = boxes[:, 2:].max(axis=0) + _ROOM
-    more_x = max(0, _LEAST_WIDTH - (right - left)) // 2
-    more_y = max(0, _LEAST_HEIGHT - (bottom - top)) // 2
+    seen = [box for image in images if (box := _difference(image).getbbox()) is not None]
+    parts = [*seen, *wanted] or [(0, 0, width, height)]
+    left, top, right, bottom = zip(*parts, strict=True)
     return (
-        max(0, int(left - more_x)),
-        max(0, int(top - more_y)),
-        min(width, int(right + more_x)),
-        min(height, int(bottom + more_y)),
+        max(0, min(left) - _ROOM),
+        max(0, min(top) - _ROOM),
+        min(width, max(right) + _ROOM),
+        min(height, max(bottom) + _ROOM),
     )
 
 
@@ -102,14 +98,12 @@ def _difference(image: Image.Image) -> Image.Image:
     return ImageChops.difference(image, background)
 
 
-def _channel(case: Case, camera: Camera | None) -> list[Edges]:
-    """The part of the picture that the channel fills; nothing for a scene without a specimen."""
-    if camera is None or case.scene.specimen is None:
-        return []
+def _domain(case: Case, camera: Camera) -> Edges:
+    """The part of the picture in which particles can move."""
     low, high = case.layout.low, case.layout.high
-    edges = camera.column(low[0]), camera.row(high[2]), camera.column(high[0]), camera.row(low[2])
-    left, top, right, bottom = (round(edge) for edge in edges)
-    return [(left, top, right, bottom)]
+    left, right = camera.column(low[0]), camera.column(high[0])
+    top, bottom = camera.row(high[2]), camera.row(low[2])
+    return math.floor(left), math.floor(top), math.ceil(right), math.ceil(bottom)
 
 
 def _part(image: Image.Image, edges: Edges, scale: float) -> Image.Image:

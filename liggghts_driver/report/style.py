@@ -15,11 +15,13 @@ if TYPE_CHECKING:
 # The palette of Okabe and Ito (2008).
 BLUE, VERMILION, GREEN = "#0072B2", "#D55E00", "#009E73"
 ORANGE, SKY, PURPLE = "#E69F00", "#56B4E9", "#CC79A7"
-INK, GREY, SHADE = "#1B1B1B", "#6B6B6B", "#EEEEEE"
+INK, GREY, PALE, SHADE = "#1B1B1B", "#6B6B6B", "#C4C4C4", "#EEEEEE"
 DASHED = (0, (5, 2))
 
 _WIDTH_IN = 5.6
 _PIXELS_PER_IN = 190
+#: Ticks stand at these multiples of a power of ten.
+_TICKS = (1, 2, 5, 10)
 
 _LOOK: dict[Any, Any] = {
     "font.family": "DejaVu Sans",
@@ -55,9 +57,10 @@ def draw(paint: Callable[[Figure], None], height_in: float) -> bytes:
         figure = Figure(figsize=(_WIDTH_IN, height_in), layout="constrained")
         FigureCanvasAgg(figure)
         paint(figure)
-        for axis in (axis for axes in figure.axes for axis in (axes.xaxis, axes.yaxis)):
-            if axis.get_scale() == "linear":
-                axis.get_major_locator().set_params(steps=[1, 2, 5, 10])
+        for axes in figure.axes:
+            axes.locator_params(axis="x", steps=_TICKS)
+            if axes.get_yscale() == "linear":
+                axes.locator_params(axis="y", steps=_TICKS)
         out = io.BytesIO()
         # Without the software's name, equal data give equal files.
         figure.savefig(out, format="png", dpi=_PIXELS_PER_IN, metadata={"Software": None})

@@ -51,25 +51,23 @@ def comparison_rows(results: Mapping[str, Any]) -> list[Row]:
 
 def exact_rows(results: Mapping[str, Any]) -> list[Row]:
     """Every exact answer that the scene has, beside what the run gave."""
-    rows = []
-    for check in results["exact"]:
-        label, dimension = _CHECKS[check["name"]]
-        largest = max(abs(check["simulated"]), abs(check["exact"]))
-        unit = unit_for(dimension, largest) if dimension else Unit("", 1.0)
-        simulated, theory, ratio = check["simulated"], check["exact"], check["ratio"]
-        rows.append(
-            Row(
-                label=label,
-                unit=unit.name,
-                steady=True,
-                simulated=Cell(number(unit.of(simulated), 6), simulated),
-                interval=Cell("", None),
-                theory=Cell(number(unit.of(theory), 6), theory),
-                ratio=Cell(number(ratio, 6), ratio),
-                z_score=Cell("", None),
-            )
-        )
-    return rows
+    return [_exact(check) for check in results["exact"]]
+
+
+def _exact(check: Mapping[str, Any]) -> Row:
+    label, dimension = _CHECKS.get(check["name"], (check["name"], None))
+    simulated, theory, ratio = check["simulated"], check["exact"], check["ratio"]
+    unit = Unit("", 1.0) if dimension is None else unit_for(dimension, abs(theory))
+    return Row(
+        label=label,
+        unit=unit.name,
+        steady=True,
+        simulated=Cell(number(_in(unit, simulated), 6), simulated),
+        interval=Cell("", None),
+        theory=Cell(number(_in(unit, theory), 6), theory),
+        ratio=Cell(number(ratio, 6), ratio),
+        z_score=Cell("", None),
+    )
 
 
 def steadiness(results: Mapping[str, Any]) -> list[str]:

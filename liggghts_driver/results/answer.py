@@ -54,11 +54,13 @@ def analyse(run: FinishedRun) -> Answer:
     rates = _rates(case, series)
     velocity = _velocity(series)
     overlap = largest_overlap_over_radius(run.directory, case)
-    verdict = judge(case, series, rates, overlap)
     estimate = _estimate(case)
+    scale = estimate["particle_flow_rate_m3_s"] if estimate["applies"] else 0.0
+    verdict = judge(case, series, rates, overlap, abs(scale))
     results = {
         "verdict": verdict.verdict,
         "reasons": list(verdict.reasons),
+        "notes": _notes(velocity),
         "title": case.scene.title,
         "counts": {
             "asked": case.population.asked,
@@ -81,6 +83,13 @@ def analyse(run: FinishedRun) -> Answer:
         "provenance": _provenance(run),
     }
     return Answer(series, plain(results))
+
+
+def _notes(velocity: SeriesMean | None) -> list[str]:
+    """What a reader should know although the verdict, which is about the flow, stands."""
+    if velocity is None or velocity.steady:
+        return []
+    return [f"the mean velocity of the flowing particles is not steady: {velocity.reason}"]
 
 
 def _rates(case: Case, series: pd.DataFrame) -> dict[str, Rate]:

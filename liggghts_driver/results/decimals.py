@@ -173,7 +173,7 @@ def _exponents(padded: Bytes, end: Indices) -> tuple[Indices, NDArray[np.int64],
     ones -= np.uint8(ord("0"))
     malformed = np.zeros(end.size, dtype=np.bool_)
     malformed[scientific] = (tens > 9) | (ones > 9) | ((sign != ord("+")) & (sign != ord("-")))
-    exponent = tens * np.int64(10) + ones
+    exponent = tens.astype(np.int64) * 10 + ones
     return scientific, np.where(sign == ord("-"), -exponent, exponent), malformed
 
 

@@ -72,7 +72,8 @@ class Thermo:
         ``Other``; ``Modfy`` with ``modify_timing on``) in s, summed over the runs that print it
         (those without ``post no``).
     warnings, errors : tuple of str
-        Every line that starts with "WARNING" or "ERROR".
+        Every line that starts with "WARNING" or "ERROR". Some are on the standard output only,
+        among them that of lost particles and the errors of a single process.
     truncated : str or None
         The incomplete last line, if the log does not end in a newline; nothing in it is used.
     """
@@ -154,10 +155,8 @@ def _header(line: str) -> list[str]:
         return []
     rest = line
     for word in words:
-        fields = [field for width in _WIDTHS if rest.startswith(field := f"{word:>{width}} ")]
-        if not fields:
-            return []
-        rest = rest.removeprefix(fields[0])
+        narrow, wide = (f"{word:>{width}} " for width in _WIDTHS)
+        rest = rest.removeprefix(wide if rest.startswith(wide) else narrow)
     return [] if rest else _distinct(words)
 
 

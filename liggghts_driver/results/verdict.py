@@ -24,16 +24,24 @@ if TYPE_CHECKING:
 _SHARE_OF_LIMIT = 0.9
 
 
+#: A steady rate with a wider interval (95 %, over the rate) decides nothing about the law.
+_WIDEST_INTERVAL = 0.25
+
+
 @dataclass(frozen=True)
 class Verdict:
-    """``valid``, ``invalid`` or ``not_steady``, with the reasons; ``notes`` change nothing."""
+    """``valid``, ``invalid`` or ``not_steady``, with the reasons."""
 
     verdict: str
     reasons: tuple[str, ...]
 
 
 def judge(
-    case: Case, series: pd.DataFrame, rates: Mapping[str, Rate], overlap_over_radius: float
+    case: Case,
+    series: pd.DataFrame,
+    rates: Mapping[str, Rate],
+    overlap_over_radius: float,
+    scale_m3_s: float,
 ) -> Verdict:
     """Judge a complete run.
 
@@ -47,14 +55,32 @@ def judge(
         Flow rate through each section.
     overlap_over_radius
         Largest overlap found, over the smaller radius.
+    scale_m3_s
+        A flow rate of the size to expect (the estimate), so that the interval of a blocked
+        section has something to be compared with; 0 when nothing is known.
     """
     faults = [*_faults(case, series), *_overlap(case, overlap_over_radius)]
     if faults:
         return Verdict("invalid", tuple(faults))
-    unsteady = [f"{name}: {rate.reason}" for name, rate in rates.items() if not rate.steady]
+    unsteady = [
+        fault for name, rate in rates.items() if (fault := _unsteady(name, rate, scale_m3_s))
+    ]
     if unsteady:
         return Verdict("not_steady", tuple(unsteady))
     return Verdict("valid", ())
+
+
+def _unsteady(name: str, rate: Rate, scale_m3_s: float) -> str | None:
+    if not rate.steady:
+        return f"{name}: {rate.reason}"
+    scale = max(abs(rate.mean_m3_s), scale_m3_s)
+    if rate.ci95_m3_s > _WIDEST_INTERVAL * scale:
+        return (
+            f"{name}: the flow rate is known to ± {rate.ci95_m3_s / scale:.0%} only; run longer"
+            if scale
+            else f"{name}: nothing flows, and nothing is known to compare with"
+        )
+    return None
 
 
 def _faults(case: Case, series: pd.DataFrame) -> Iterator[str]:

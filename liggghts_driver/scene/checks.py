@@ -134,14 +134,14 @@ def _fluid(scene: Scene) -> Iterator[Mistake]:
 
 
 def _piston(scene: Scene) -> Iterator[Mistake]:
-    if scene.piston is None or scene.piston.mass is not None:
+    if scene.piston is None:
         return
-    empty = scene.particles.count is None and scene.particles.volume_fraction is None
-    if empty:
-        fix = "give its mass in kg"
-        yield Mistake("piston.mass", None, "there is no suspension to take it from", fix)
     if scene.box is not None and "x-" in scene.box.walls:
         yield Mistake("box.walls", "x-", "the piston stands there", "remove x- from box.walls")
+    empty = scene.particles.count is None and scene.particles.volume_fraction is None
+    if empty and scene.piston.mass is None:
+        fix = "give its mass in kg"
+        yield Mistake("piston.mass", None, "there is no suspension to take it from", fix)
 
 
 def _time(scene: Scene) -> Iterator[Mistake]:

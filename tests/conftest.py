@@ -1,0 +1,37 @@
+"""Rules for all tests: where the engine is missing, and where computed packings are kept."""
+
+from __future__ import annotations
+
+import os
+import shutil
+from typing import TYPE_CHECKING
+
+import pytest
+
+from liggghts_driver.engine.find import BINARY_VARIABLE
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+
+@pytest.fixture(scope="session", autouse=True)
+def _own_cache(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
+    """No test reads or writes the user's cache."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("XDG_CACHE_HOME", str(tmp_path_factory.mktemp("cache")))
+        yield
+
+
+@pytest.hookimpl(tryfirst=True)
+def pytest_runtest_setup(item: pytest.Item) -> None:
+    """Skip what needs the engine where it is not installed; on a CI machine it must be."""
+    if item.get_closest_marker("engine") is None:
+        return
+    needed = (os.environ.get(BINARY_VARIABLE, "liggghts"), "stdbuf")
+    missing = [program for program in needed if shutil.which(program) is None]
+    if not missing:
+        return
+    reason = f"not on the PATH: {', '.join(missing)}"
+    if os.environ.get("CI"):
+        pytest.fail(f"{reason}; with CI set a test of the engine is not skipped", pytrace=False)
+    pytest.skip(reason)

@@ -1,0 +1,192 @@
+"""A stand-in for the engine: reads a deck, writes what the real one writes, or fails as told.
+
+The environment variable FAKE_ENGINE says how it behaves (see ``main``); what it computes is that
+nothing moves. Only the standard library is used, so that it starts at once.
+"""
+
+from __future__ import annotations
+
+import os
+import re
+import signal
+import struct
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+BANNER = "LIGGGHTS (Version LIGGGHTS-PUBLIC 3.8.0-fake, compiled never, git commit none)"
+ROW = "{:8d} {:8d} {:14.8g} "
+
+
+class Output:
+    """What goes to the screen and to the log alike."""
+
+    def __init__(self, log: str) -> None:
+        self.log = Path(log).open("wb")  # noqa: SIM115 - open as long as the process lives
+
+    def line(self, text: str = "") -> None:
+        self.write(f"{text}\n".encode())
+
+    def write(self, data: bytes) -> None:
+        for file in (sys.stdout.buffer, self.log):
+            file.write(data)
+            file.flush()
+
+
+class Engine:
+    """The state of a run."""
+
+    def __init__(self, behaviour: str, out: Output) -> None:
+        self.behaviour, self.out = behaviour, out
+        self.step = 0
+        self.series: tuple[int, str, int] | None = None
+        self.frames: tuple[int, str, int] | None = None
+        self.thermo = 1
+        self.atoms: list[list[float]] = []
+        self.types: list[int] = []
+
+    def read_data(self, name: str) -> None:
+        text = Path(name).read_text(encoding="utf-8")
+        for line in text.split("Atoms\n\n")[1].split("\n\n")[0].splitlines():
+            words = line.split()
+            self.types.append(int(words[1]))
+            self.atoms.append([float(words[0]), *map(float, words[4:7]), 0.0, 0.0, 0.0])
+
+    def command(self, line: str) -> bool:
+        """Carry out a command; False when it ends the engine."""
+        words = line.split()
+        if words[0] == "read_data":
+            self.read_data(words[1])
+        elif words[:2] == ["fix", "series"]:
+            values, title = re.findall(r'"([^"]*)"', line)
+            name = re.search(r"file (\S+)", line).group(1)
+            self.series = (int(words[4]), name, len(values.split()))
+            Path(name).write_text(title + "\n", encoding="utf-8")
+        elif words[:2] == ["dump", "frames"]:
+            self.frames = (int(words[4]), words[5], len(words[6:]))
+        elif words[0] == "thermo":
+            self.thermo = int(words[1])
+        elif words[0] == "run":
+            return self.run(int(words[1]), "every" in words)
+        elif words[0] == "print" and self.behaviour != "unfinished":
+            self.out.line(line.split('"')[1])
+        return True
+
+    def run(self, steps: int, quiet: bool) -> bool:
+        self.out.line("Setting up run at Thu Jan  1 00:00:00 1970\n")
+        self.out.line("Memory usage per processor = 1.0 Mbytes")
+        self.out.line("    Step    Atoms            CPU ")
+        last = self.step + steps
+        if self.behaviour == "early" and steps:
+            last = self.step + steps // 2
+        for step in range(self.step, last + 1):
+            if not self.at(step, last, bool(steps)):
+                return False
+        self.out.line(
+            f"Loop time of 0.25 on 1 procs for {last - self.step} steps with "
+            f"{len(self.atoms)} atoms, finish time Thu Jan  1 00:00:00 1970\n"
+        )
+        for part in ("Pair", "Neigh", "Comm", "Outpt", "Other"):
+            self.out.line(f"{part:5} time (%) = 0.05 (20)")
+        self.step = last
+        return self.behaviour != "early" or not steps
+
+    def at(self, step: int, last: int, real: bool) -> bool:
+        """Everything due at a step; False when the engine ends in it."""
+        if step % self.thermo == 0 or step == last:
+            atoms = len(self.atoms)
+            if self.behaviour == "lost" and step > last / 2:
+                atoms -= 1
+            self.out.line(ROW.format(step, atoms, step * 1e-5))
+        if self.series and real and step % self.series[0] == 0 and step:
+            self.print_series(step, last)
+        if self.frames and step % self.frames[0] == 0 and (real or step == 0):
+            self.dump(step, last)
+        return not (real and step >= last / 2) or self.halfway(step)
+
+    def halfway(self, step: int) -> bool:
+        behaviour = self.behaviour
+        if behaviour == "error":
+            self.out.line("ERROR on proc 0: Atom lost, 1 of 2 (../domain.cpp:123)")
+            return False
+        if behaviour == "crash":
+            os.kill(os.getpid(), signal.SIGSEGV)
+        if behaviour in {"hang", "stubborn"}:
+            if behaviour == "stubborn":
+                signal.signal(signal.SIGTERM, signal.SIG_IGN)
+            child = subprocess.Popen(["sleep", "300"])
+            Path("pids").write_text(f"{os.getpid()} {child.pid}", encoding="utf-8")
+            self.out.line(ROW.format(step, len(self.atoms), 0.0))
+            time.sleep(300)
+        return True
+
+    def print_series(self, step: int, last: int) -> None:
+        assert self.series
+        every, name, columns = self.series
+        if self.behaviour == "short series" and step > last - every:
+            return
+        value = "nan" if self.behaviour == "nan" and step > last / 2 else "0"
+        with Path(name).open("a", encoding="utf-8") as file:
+            file.write(" ".join([str(step), *[value] * (columns - 1)]) + "\n")
+
+    def dump(self, step: int, last: int) -> None:
+        assert self.frames
+        every, pattern, columns = self.frames
+        movers = [
+            atom[:columns] for atom, kind in zip(self.atoms, self.types, strict=True) if kind == 1
+        ]
+        is_last = step > last - every
+        if self.behaviour == "no last frame" and is_last:
+            return
+        numbers = [number for atom in movers for number in atom]
+        head = struct.pack("<qqi6i6dii", step, len(movers), 0, *[1] * 6, *[0.0] * 6, columns, 1)
+        data = head + struct.pack(f"<i{len(numbers)}d", len(numbers), *numbers)
+        if self.behaviour == "cut frame" and is_last:
+            data = data[: len(data) // 2]
+        if self.behaviour == "empty frame" and is_last:
+            data = b""
+        Path(pattern.replace("*", f"{step:010d}")).write_bytes(data)
+
+
+def chatter(behaviour: str, out: Output) -> None:
+    """What some engines print before anything else."""
+    out.line(BANNER)
+    if behaviour in {"flood", "one long line"}:
+        end = b"\n" if behaviour == "flood" else b" "
+        for _ in range(100):  # MB
+            sys.stdout.buffer.write((b"WARNING: " + b"x" * 90 + end) * 10_000)
+    if behaviour == "garbage":
+        out.write(bytes(range(256)) * 64)
+
+
+def follow(deck: Path, engine: Engine, out: Output) -> int:
+    """Echo the deck and carry it out; the return code."""
+    for line in deck.read_text(encoding="utf-8").replace("&\n", "").splitlines():
+        out.line(line)
+        if engine.behaviour == "bad command" and line.startswith("pair_style"):
+            out.line("ERROR: Invalid pair style (../force.cpp:123)")
+            return 1
+        if line and not line.startswith("#") and not engine.command(line):
+            return 1 if engine.behaviour == "error" else 0
+    return 3 if engine.behaviour == "return code 3" else 0
+
+
+def main() -> int:
+    """Behave as FAKE_ENGINE says; as the real engine when it says nothing."""
+    arguments = dict(zip(sys.argv[1::2], sys.argv[2::2], strict=True))
+    behaviour = os.environ.get("FAKE_ENGINE", "")
+    if behaviour == "silent":
+        return 1
+    if arguments["-log"] == "none":  # asked for its version, or whether it knows some commands
+        sys.stdout.write(BANNER + "\n")
+        return 0
+    out = Output(arguments["-log"])
+    if behaviour == "empty log":
+        return 1
+    chatter(behaviour, out)
+    return follow(Path(arguments["-in"]), Engine(behaviour, out), out)
+
+
+if __name__ == "__main__":
+    sys.exit(main())
