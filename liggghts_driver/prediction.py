@@ -7,12 +7,13 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from liggghts_driver.darcy import DarcyInputs, Estimate, estimate, gradient_for
 from liggghts_driver.errors import SceneError
 from liggghts_driver.scene.layout import layout, particle_fraction
 
 if TYPE_CHECKING:
-    import numpy as np
     from numpy.typing import NDArray
 
     from liggghts_driver.scene.model import Scene
@@ -67,11 +68,12 @@ def predict(scene: Scene, gradient_pa_m: float | NDArray[np.float64] | None = No
     NoDarcyError
         If Darcy's law does not apply to the scene, or no gradient is known.
     """
+    inputs = darcy_inputs(scene)
     if gradient_pa_m is None:
         if scene.pressure is None:
             raise NoDarcyError("pressure.gradient (missing): Darcy's law needs it; add [pressure]")
         gradient_pa_m = scene.pressure.gradient
-    return estimate(darcy_inputs(scene), gradient_pa_m)
+    return estimate(inputs, gradient_pa_m)
 
 
 def predict_gradient(scene: Scene, flow_rate_m3_s: float) -> Estimate:
@@ -83,3 +85,14 @@ def predict_gradient(scene: Scene, flow_rate_m3_s: float) -> Estimate:
         If Darcy's law does not apply to the scene.
     """
     return gradient_for(darcy_inputs(scene), flow_rate_m3_s=flow_rate_m3_s)
+
+
+def pore_velocity_m_s(scene: Scene) -> float:
+    """Darcy pore velocity q / v2 of a scene at its own pressure gradient.
+
+    Raises
+    ------
+    NoDarcyError
+        If Darcy's law does not apply to the scene.
+    """
+    return float(np.asarray(predict(scene).pore_velocity_m_s))

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import os
 import platform
 import time
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 from liggghts_driver.deck.build import build_deck
 from liggghts_driver.engine.completion import missing_proofs
@@ -80,8 +82,11 @@ def run_case(
     """
     directory.claim_for(case.scene)
     identity = scene_hash(case.scene)
-    if directory.read_state()["state"] == "complete":
+    state = directory.read_state()
+    if state["state"] == "complete":
+        _require_same_deck(case, directory, identity)
         return finished_run(case, directory, reused=True)
+    _require_nobody_there(directory, state)
     engine = find_engine()
     command = engine.command(ranks)
     deck = build_deck(case, identity, ranks)
@@ -93,12 +98,13 @@ def run_case(
         "command": command,
         "engine": engine.version,
         "host": platform.node(),
+        "pid": os.getpid(),
         "time": {name: getattr(case.time, name) for name in _PLAN},
         "started": time.strftime("%Y-%m-%dT%H:%M:%S%z"),
     }
     directory.write_state(state="running", **facts)
     ended = _launch(command, directory, on_step, facts)
-    thermo = read_thermo(directory.log)
+    thermo = _read_log(directory)
     faults = missing_proofs(case, deck.sentinel, directory, thermo, ended.returncode)
     outcome = {
         **facts,
@@ -130,6 +136,45 @@ def write_deck(case: Case, deck: Deck, directory: RunDirectory) -> None:
     directory.write_scene(case.scene)
     for name, text in deck.files.items():
         write_text(directory.path / name, text)
+
+
+def _require_same_deck(case: Case, directory: RunDirectory, identity: str) -> None:
+    """Refuse to pass off an older version's run as what this version would compute."""
+    ranks = directory.read_state().get("ranks", 1)
+    deck = build_deck(case, identity, ranks).files["deck.in"]
+    if _commands(directory.deck.read_text(encoding="utf-8")) != _commands(deck):
+        raise RunFolderError(
+            f"{directory.path}: holds a finished run of this scene, but with another deck (of "
+            "another version of this software, or edited); choose another folder with --out"
+        )
+
+
+def _commands(deck: str) -> list[str]:
+    """A deck without its comments, in which a title may have changed."""
+    lines = (line.partition("#")[0].rstrip() for line in deck.splitlines())
+    return [line for line in lines if line]
+
+
+def _require_nobody_there(directory: RunDirectory, state: dict[str, Any]) -> None:
+    """Refuse a folder in which a run is going on."""
+    if state["state"] != "running":
+        return
+    host, pid = state.get("host"), state.get("pid")
+    if host != platform.node():
+        raise RunFolderError(
+            f"{directory.path}: a run was started here on {host}; if it is not running any more, "
+            f"delete {directory.state.name}, or choose another folder with --out"
+        )
+    if isinstance(pid, int) and Path(f"/proc/{pid}").exists():
+        raise RunFolderError(
+            f"{directory.path}: a run is going on here (process {pid}); wait for it, or choose "
+            "another folder with --out"
+        )
+
+
+def _read_log(directory: RunDirectory) -> Thermo:
+    """The engine's log; what it printed, where it died before it opened one."""
+    return read_thermo(directory.log if directory.log.exists() else directory.stdout)
 
 
 def _launch(

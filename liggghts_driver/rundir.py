@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import contextlib
+import fnmatch
 import hashlib
 import json
 import os
+import shutil
 import tempfile
 from dataclasses import dataclass
 from pathlib import Path
@@ -17,6 +19,24 @@ from liggghts_driver.scene.read import make_scene
 
 if TYPE_CHECKING:
     from liggghts_driver.scene.model import Scene
+
+
+#: What a run writes besides its scene; the last is the engine's own, when it is told to end.
+_OF_A_RUN = (
+    "deck.in",
+    "particles.data",
+    "piston.stl",
+    "log.liggghts",
+    "stdout.log",
+    "run.json",
+    "series.txt",
+    "series.csv",
+    "results.json",
+    "report.html",
+    "figures",
+    "dumps",
+    "restart_forced_*",
+)
 
 
 def canonical_json(data: object) -> str:
@@ -132,7 +152,8 @@ class RunDirectory:
             return {"state": "absent"}
         except ValueError:
             return {"state": "unreadable"}
-        return loaded if isinstance(loaded, dict) else {"state": "unreadable"}
+        known = isinstance(loaded, dict) and "state" in loaded
+        return loaded if known else {"state": "unreadable"}
 
     def write_state(self, **facts: object) -> None:
         """Record how the run goes."""
@@ -163,10 +184,17 @@ class RunDirectory:
         Raises
         ------
         RunFolderError
-            If the folder holds another scene, or files that no run wrote.
+            If the folder cannot be made, holds another scene, or files that no run wrote.
         """
-        if not self.path.exists() or not any(self.path.iterdir()):
+        try:
             self.path.mkdir(parents=True, exist_ok=True)
+            empty = not any(self.path.iterdir())
+        except OSError as error:
+            raise RunFolderError(
+                f"{self.path}: cannot be a run directory ({error.strerror}); choose another with "
+                "--out"
+            ) from None
+        if empty:
             return
         if not self.scene.exists():
             raise RunFolderError(
@@ -178,8 +206,11 @@ class RunDirectory:
             )
 
     def set_aside(self) -> Path | None:
-        """Move what an unfinished run left into ``attempt-N``, so that nothing is lost."""
-        left = [item for item in self.path.iterdir() if not item.name.startswith("attempt-")]
+        """Move what an unfinished run left into ``attempt-N``, so that nothing is lost.
+
+        Files that no run wrote stay where they are. So does the scene: the folder stays claimed.
+        """
+        left = [item for item in self.path.iterdir() if _is_of_a_run(item.name)]
         if not left:
             return None
         taken = {item.name for item in self.path.glob("attempt-*")}
@@ -188,4 +219,11 @@ class RunDirectory:
         attempt.mkdir()
         for item in left:
             item.rename(attempt / item.name)
+        if self.scene.exists():
+            shutil.copy2(self.scene, attempt / self.scene.name)
         return attempt
+
+
+def _is_of_a_run(name: str) -> bool:
+    """Whether a run writes files or folders of that name."""
+    return any(fnmatch.fnmatchcase(name, pattern) for pattern in _OF_A_RUN)

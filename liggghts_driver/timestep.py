@@ -16,6 +16,7 @@ from liggghts_driver.physics.drag import (
     reynolds,
 )
 from liggghts_driver.physics.spheres import sphere_volume_m3
+from liggghts_driver.prediction import pore_velocity_m_s
 
 if TYPE_CHECKING:
     from liggghts_driver.population import Population
@@ -24,6 +25,8 @@ if TYPE_CHECKING:
 
 #: Explicit drag is stable below K dt / m = 2 and within 5 % of exact relaxation at 0.1.
 LARGEST_DRAG_NUMBER = 0.1
+#: The engine counts the steps of a run in 32 bits.
+_MOST_STEPS = 2**31 - 1
 #: A scene in which nothing can move is bounded as if things moved at this speed.
 _SLOWEST_M_S = 1e-6
 
@@ -88,11 +91,12 @@ def _fluid_speed(scene: Scene) -> float:
     fluid = scene.fluid
     if fluid is None:
         return 0.0
+    inside = abs(pore_velocity_m_s(scene)) if fluid.velocity_inside == "pore" else 0.0
     if fluid.velocity_outside == "constant":
-        return abs(fluid.velocity)
+        return max(inside, abs(fluid.velocity))
     if fluid.velocity_outside == "accelerating":
-        return fluid_acceleration_m_s2(scene) * scene.time.duration
-    return 0.0  # at rest, or with the piston, whose speed is counted already
+        return max(inside, abs(fluid_acceleration_m_s2(scene)) * scene.time.duration)
+    return inside  # at rest outside, or with the piston, whose speed is counted already
 
 
 def fluid_acceleration_m_s2(scene: Scene) -> float:
@@ -143,7 +147,7 @@ def step_bounds(scene: Scene, layout: Layout, population: Population) -> tuple[B
 def contact_bounds(
     scene: Scene, layout: Layout, population: Population, speed_m_s: float
 ) -> list[Bound]:
-    """Eq. 21 for the quickest contact of each kind: the smallest particle with each partner."""
+    """Eq. 21 for the quickest contact of each kind: that of the smallest particle."""
     if not population.particles:
         return []
     bounds = []
@@ -170,7 +174,8 @@ def _partners(scene: Scene, layout: Layout, population: Population) -> dict[str,
     if population.particles > 1:
         partners["particle-particle"] = _particle_body(scene, population)
     if population.grains and scene.grains is not None:
-        radius = float(population.radii_m[population.particles :].min())
+        # Eq. 21 falls with r*: the largest grain makes the shortest contact.
+        radius = float(population.radii_m[population.particles :].max())
         stiffness = (scene.grains.youngs_modulus, scene.grains.poissons_ratio)
         partners["particle-grain"] = Body(radius, math.inf, *stiffness)
     if layout.walls or scene.piston:
@@ -236,6 +241,11 @@ def plan_time(scene: Scene, layout: Layout, population: Population) -> TimePlan:
     sample_every = refreshes * refresh_every
     samples = max(1, round(scene.time.duration / (step * sample_every)))
     steps = samples * sample_every
+    if steps > _MOST_STEPS:
+        raise SceneError(
+            f"time.duration = {scene.time.duration:g} s: {steps} steps of {step:.3g} s; the engine "
+            f"counts to {_MOST_STEPS}; shorten the duration or soften the contacts"
+        )
     return TimePlan(
         step_s=step,
         steps=steps,
@@ -285,3 +295,8 @@ def _refresh_interval_s(scene: Scene, layout: Layout, population: Population) ->
 def _every(steps: int, wanted: int, sample_every: int) -> int:
     """Interval in steps for about that many outputs, on instants that the series also has."""
     return sample_every * max(1, round(steps / (wanted * sample_every)))
+
+
+def frame_steps(plan: TimePlan) -> list[int]:
+    """The steps of which there are frames: every ``frame_every``, and the last."""
+    return [*range(0, plan.steps, plan.frame_every), plan.steps]

@@ -40,7 +40,8 @@ class Engine:
     def __init__(self, behaviour: str, out: Output) -> None:
         self.behaviour, self.out = behaviour, out
         self.step = 0
-        self.series: tuple[int, str, int] | None = None
+        self.series: tuple[int, str, list[str]] | None = None
+        self.piston_x = "0"
         self.frames: tuple[int, str, int] | None = None
         self.thermo = 1
         self.atoms: list[list[float]] = []
@@ -56,24 +57,31 @@ class Engine:
     def command(self, line: str) -> bool:
         """Carry out a command; False when it ends the engine."""
         words = line.split()
+        if words[0] == "run":
+            return self.run(int(words[1]))
+        if words[0] == "print" and self.behaviour != "unfinished":
+            self.out.line(line.split('"')[1])
+        self.settings(words, line)
+        return True
+
+    def settings(self, words: list[str], line: str) -> None:
         if words[0] == "read_data":
             self.read_data(words[1])
         elif words[:2] == ["fix", "series"]:
-            values, title = re.findall(r'"([^"]*)"', line)
+            _, title = re.findall(r'"([^"]*)"', line)
             name = re.search(r"file (\S+)", line).group(1)
-            self.series = (int(words[4]), name, len(values.split()))
+            self.series = (int(words[4]), name, title.split())
             Path(name).write_text(title + "\n", encoding="utf-8")
         elif words[:2] == ["dump", "frames"]:
             self.frames = (int(words[4]), words[5], len(words[6:]))
+        elif words[:2] == ["fix", "piston"]:
+            self.piston_x = words[words.index("com") + 1]
+        elif words[0] == "write_dump":
+            self.write_frame(Path(words[3]), self.step, len(words[4:]))
         elif words[0] == "thermo":
             self.thermo = int(words[1])
-        elif words[0] == "run":
-            return self.run(int(words[1]), "every" in words)
-        elif words[0] == "print" and self.behaviour != "unfinished":
-            self.out.line(line.split('"')[1])
-        return True
 
-    def run(self, steps: int, quiet: bool) -> bool:
+    def run(self, steps: int) -> bool:
         self.out.line("Setting up run at Thu Jan  1 00:00:00 1970\n")
         self.out.line("Memory usage per processor = 1.0 Mbytes")
         self.out.line("    Step    Atoms            CPU ")
@@ -127,26 +135,39 @@ class Engine:
         if self.behaviour == "short series" and step > last - every:
             return
         value = "nan" if self.behaviour == "nan" and step > last / 2 else "0"
+        values = dict.fromkeys(columns, value) | {"step": str(step)}
+        if "piston_x_m" in values:
+            values["piston_x_m"] = self.piston_x
         with Path(name).open("a", encoding="utf-8") as file:
-            file.write(" ".join([str(step), *[value] * (columns - 1)]) + "\n")
+            file.write(" ".join(values.values()) + "\n")
 
     def dump(self, step: int, last: int) -> None:
         assert self.frames
         every, pattern, columns = self.frames
-        movers = [
-            atom[:columns] for atom, kind in zip(self.atoms, self.types, strict=True) if kind == 1
-        ]
+        path = Path(pattern.replace("*", f"{step:010d}"))
         is_last = step > last - every
         if self.behaviour == "no last frame" and is_last:
             return
+        self.write_frame(path, step, columns)
+        if self.behaviour == "cut frame" and is_last:
+            path.write_bytes(path.read_bytes()[: path.stat().st_size // 2])
+        if self.behaviour == "empty frame" and is_last:
+            path.write_bytes(b"")
+
+    def write_frame(self, path: Path, step: int, columns: int) -> None:
+        movers = [a[:columns] for a, kind in zip(self.atoms, self.types, strict=True) if kind == 1]
         numbers = [number for atom in movers for number in atom]
         head = struct.pack("<qqi6i6dii", step, len(movers), 0, *[1] * 6, *[0.0] * 6, columns, 1)
-        data = head + struct.pack(f"<i{len(numbers)}d", len(numbers), *numbers)
-        if self.behaviour == "cut frame" and is_last:
-            data = data[: len(data) // 2]
-        if self.behaviour == "empty frame" and is_last:
-            data = b""
-        Path(pattern.replace("*", f"{step:010d}")).write_bytes(data)
+        path.write_bytes(head + struct.pack(f"<i{len(numbers)}d", len(numbers), *numbers))
+
+
+def install(folder: Path) -> Path:
+    """Put the stand-in as a program into a folder; its path."""
+    path = folder / "liggghts"
+    text = Path(__file__).read_text(encoding="utf-8")
+    path.write_text(f"#!{sys.executable} -SE\n{text}", encoding="utf-8")
+    path.chmod(0o755)
+    return path
 
 
 def chatter(behaviour: str, out: Output) -> None:

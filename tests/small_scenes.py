@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import copy
+import enum
 import tomllib
 from typing import TYPE_CHECKING, Any
 
@@ -15,8 +16,17 @@ if TYPE_CHECKING:
 
 Tables = dict[str, Any]
 
-#: As the value of a change: take the key out.
-GONE = object()
+
+class Gone(enum.Enum):
+    """What a key is changed to when it is taken out; an enum, so that it has one name."""
+
+    GONE = "gone"
+
+    def __repr__(self) -> str:
+        return self.value
+
+
+GONE = Gone.GONE
 
 MATERIAL = {"density": 7000.0, "youngs_modulus": 1.0e7, "poissons_ratio": 0.25}
 FLUID = {"density": 2000.0, "viscosity": 0.001}

@@ -67,7 +67,7 @@ def test_numbers_of_numpy_print_like_others():
         len,
         b"text",
     ],
-    ids=repr,
+    ids=lambda value: type(value).__name__,
 )
 def test_what_is_no_plain_text_is_refused(value):
     with pytest.raises(DeckError, match="cannot stand in a deck"):

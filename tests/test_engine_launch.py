@@ -66,7 +66,6 @@ class TestFind:
         with pytest.raises(EngineNotFoundError, match=BINARY_VARIABLE):
             find_engine()
 
-    @pytest.mark.xfail(reason="engine/find.py: a relative path does not survive cwd = run folder")
     def test_a_relative_path_is_made_whole(self, tmp_path, monkeypatch):
         binary = program(tmp_path, "mine", f"echo '{BANNER}'")
         monkeypatch.chdir(tmp_path)
@@ -81,13 +80,11 @@ class TestFind:
         with pytest.raises(EngineNotFoundError, match="does not start"):
             find_engine()
 
-    @pytest.mark.xfail(reason="engine/find.py _version: any program passes for the engine")
     def test_another_program(self, tmp_path, monkeypatch):
         monkeypatch.setenv(BINARY_VARIABLE, str(program(tmp_path, "other", "echo hello")))
         with pytest.raises(EngineNotFoundError, match="not LIGGGHTS"):
             find_engine()
 
-    @pytest.mark.xfail(reason="engine/find.py _version: text=True decodes strictly")
     def test_a_program_that_prints_no_text(self, tmp_path, monkeypatch):
         monkeypatch.setenv(BINARY_VARIABLE, str(program(tmp_path, "odd", r"printf '\377\376'")))
         with pytest.raises(EngineNotFoundError):
@@ -190,16 +187,8 @@ class TestLaunch:
         ("line", "step"),
         [
             ("       0        2              0 ", 0),
-            pytest.param(
-                "    1234    21715      17.251391 ",
-                1234,
-                marks=pytest.mark.xfail(reason="engine/launch.py _ROW: cpu is no whole number"),
-            ),
-            pytest.param(
-                "99999999    21715  1.7251391e-05 ",
-                99999999,
-                marks=pytest.mark.xfail(reason="engine/launch.py _ROW: cpu is no whole number"),
-            ),
+            pytest.param("    1234    21715      17.251391 ", 1234),
+            pytest.param("99999999    21715  1.7251391e-05 ", 99999999),
             ("    Step    Atoms            CPU ", None),
             ("Loop time of 0.25 on 1 procs for 10 steps with 2 atoms", None),
             ("Nlocal:    2 ave 2 max 2 min", None),
@@ -265,7 +254,6 @@ class TestCulprit:
     def test_the_echo_with_values_put_in_does_not_matter(self):
         assert culprit("fix a all print $(1+1)\n", "fix a all print $(1+1)\nfix a all print 2\n")
 
-    @pytest.mark.xfail(reason="engine/diagnose.py culprit: a continued line is echoed joined")
     def test_a_continued_command(self):
         deck = 'units si\nrun 10 every 5 &\n    "set a" &\n    "set b"\nprint "end"\n'
         echo = 'units si\nrun 10 every 5     "set a"     "set b"\nERROR: lost\n'
@@ -307,7 +295,6 @@ class TestMessage:
     def test_garbage(self, tmp_path):
         assert "stopped" in self.message(tmp_path, bytes(range(256)))
 
-    @pytest.mark.xfail(reason="engine/diagnose.py _tail: a line of any length is printed whole")
     def test_a_line_without_an_end(self, tmp_path):
         assert len(self.message(tmp_path, b"x" * 1_000_000)) < 10_000
 

@@ -113,9 +113,6 @@ def test_a_case_with_a_piece_cut_out_and_another_put_in(file, case, place, lengt
     ],
     ids=lambda value: value[:9],
 )
-@pytest.mark.xfail(
-    reason="scene/read.py _load: a ValueError (digits) or RecursionError (depth) of the parser"
-)
 def test_what_the_parsers_themselves_cannot_bear(tmp_path, name, text):
     (tmp_path / name).write_text(text)
     with pytest.raises(SceneError, match=name):

@@ -103,7 +103,6 @@ def test_a_suspension_may_fill_part_of_a_box():
     assert particle_count(scene, place) == round(asked)
 
 
-@pytest.mark.xfail(reason="scene/checks.py: nothing keeps reservoir.length inside the box")
 def test_a_suspension_must_fit_into_its_box():
     with pytest.raises(Exception, match=r"reservoir\.length"):
         scene_of(COLLISION, {"reservoir": {"length": 1.0}})

@@ -196,7 +196,6 @@ def test_only_three_finite_numbers_pass_for_a_vector(value):
 
 
 @pytest.mark.parametrize("data", [[], None, 3, "text"], ids=str)
-@pytest.mark.xfail(reason="scene/read.py _fix: location[-1] of an empty location is an IndexError")
 def test_what_is_no_table_is_refused(data):
     with pytest.raises(SceneError):
         make_scene(data)
@@ -205,59 +204,17 @@ def test_what_is_no_table_is_refused(data):
 @pytest.mark.parametrize(
     ("tables", "changes"),
     [
+        pytest.param(COLLISION, {"title": "harmless\nshell echo injected"}),
+        pytest.param(COLLISION, {"title": "a\rb"}),
+        pytest.param(COLLISION, {"title": "\ud800"}),
+        pytest.param(COLLISION, {"box.walls": ["x-", "x-"]}),
         pytest.param(
-            COLLISION,
-            {"title": "harmless\nshell echo injected"},
-            marks=pytest.mark.xfail(reason="scene/model.py title: a second line is a deck command"),
+            COLLISION, {"piston": {"acceleration": 1.0, "mass": 1.0}, "box.walls": ["x-"]}
         ),
-        pytest.param(
-            COLLISION,
-            {"title": "a\rb"},
-            marks=pytest.mark.xfail(reason="scene/model.py title: must be one line"),
-        ),
-        pytest.param(
-            COLLISION,
-            {"title": "\ud800"},
-            marks=pytest.mark.xfail(reason="scene/model.py title: cannot be written as UTF-8"),
-        ),
-        pytest.param(
-            COLLISION,
-            {"box.walls": ["x-", "x-"]},
-            marks=pytest.mark.xfail(
-                reason="scene/model.py Box.walls: twice the same fix in a deck"
-            ),
-        ),
-        pytest.param(
-            COLLISION,
-            {"piston": {"acceleration": 1.0, "mass": 1.0}, "box.walls": ["x-"]},
-            marks=pytest.mark.xfail(
-                reason="scene/checks.py _piston returns before it looks at the wall"
-            ),
-        ),
-        pytest.param(
-            COLLISION,
-            {"spheres": []},
-            marks=pytest.mark.xfail(reason="scene/checks.py: nothing refuses a scene of nothing"),
-        ),
-        pytest.param(
-            INFILTRATION,
-            {"particles.count": 10**6},
-            marks=pytest.mark.xfail(
-                reason="scene/checks.py _population: a suspension of 7 times its own volume"
-            ),
-        ),
-        pytest.param(
-            INFILTRATION,
-            {"particles.count": 0},
-            marks=pytest.mark.xfail(
-                reason="scene/checks.py _piston: the mass of no particles is 0"
-            ),
-        ),
-        pytest.param(
-            COLLISION,
-            {"spheres": [COLLISION["spheres"][0], COLLISION["spheres"][0]]},
-            marks=pytest.mark.xfail(reason="scene/checks.py _spheres: two spheres in one place"),
-        ),
+        pytest.param(COLLISION, {"spheres": []}),
+        pytest.param(INFILTRATION, {"particles.count": 10**6}),
+        pytest.param(INFILTRATION, {"particles.count": 0}),
+        pytest.param(COLLISION, {"spheres": [COLLISION["spheres"][0], COLLISION["spheres"][0]]}),
     ],
     ids=lambda value: str(value)[:50] if isinstance(value, dict) and len(value) < 4 else "",
 )
@@ -265,7 +222,6 @@ def test_scenes_that_cannot_be_run_are_refused(tables, changes):
     mistakes(tables, changes)
 
 
-@pytest.mark.xfail(reason="scene/read.py _fix: a part of a vector has the unit of its key")
 def test_a_bad_number_in_a_vector_is_told_its_unit():
     found = mistakes(COLLISION, {"spheres": [{"radius": 1.0, "position": [0.0, 0.0, math.nan]}]})
     assert "[m]" in found["spheres[0].position[2]"]["fix"]

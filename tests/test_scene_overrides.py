@@ -103,23 +103,14 @@ def test_a_sphere_that_is_not_there_is_refused(collision, override):
 @pytest.mark.parametrize(
     "override",
     [
-        pytest.param(
-            "fluid[3].density=1000",
-            marks=pytest.mark.xfail(
-                reason="scene/read.py _enter drops the index of what is a table"
-            ),
-        ),
-        pytest.param(
-            "spheres[0].radius=0.001",
-            marks=pytest.mark.xfail(reason="scene/read.py _enter makes spheres a table"),
-        ),
+        pytest.param("fluid[3].density=1000"),
+        pytest.param("spheres[0].radius=0.001"),
     ],
 )
 def test_an_index_into_what_is_no_list_is_refused(override):
     assert f"--set {override!r}" in message(CASE, override)
 
 
-@pytest.mark.xfail(reason="scene/read.py _enter: isdigit() is true for what int() cannot read")
 def test_digits_that_are_no_number_are_refused(collision):
     assert "spheres[²]" in message(collision, "spheres[²].radius=1")
 

@@ -15,7 +15,7 @@ from liggghts_driver.errors import SceneError
 from liggghts_driver.physics.contact import Body, contact_duration_s
 from liggghts_driver.physics.drag import drag_coefficient_n_s_m, free_flight_speed_m_s
 from liggghts_driver.scene import make_scene
-from liggghts_driver.timestep import contact_bounds
+from liggghts_driver.timestep import contact_bounds, frame_steps
 
 GRAINS = {"youngs_modulus": 1.0e6, "poissons_ratio": 0.25}
 SETTLING = shipped("settling_sphere")
@@ -47,13 +47,7 @@ def bodies(case) -> list[Body]:
         {},
         {"particles.radius_deviation": 0.0004},
         {"walls": {"youngs_modulus": 1e9}},
-        pytest.param(
-            {"grains.radius_deviation": 0.001},
-            marks=pytest.mark.xfail(
-                reason="timestep.py _partners: with the smallest grain the contact is not the "
-                "shortest; Eq. 21 falls with r*, so the largest grain is"
-            ),
-        ),
+        pytest.param({"grains.radius_deviation": 0.001}),
     ],
     ids=str,
 )
@@ -150,12 +144,7 @@ class TestSpeedBound:
             {"velocity_outside": "constant", "velocity": 0.2},
             {"velocity_outside": "constant", "velocity": -0.2},
             {"velocity_outside": "accelerating", "acceleration": 0.2},
-            pytest.param(
-                {"velocity_outside": "accelerating", "acceleration": -0.2},
-                marks=pytest.mark.xfail(
-                    reason="timestep.py _fluid_speed: a negative acceleration lowers the bound"
-                ),
-            ),
+            pytest.param({"velocity_outside": "accelerating", "acceleration": -0.2}),
         ],
         ids=str,
     )
@@ -163,7 +152,6 @@ class TestSpeedBound:
         case = case_of(COLLISION, {"fluid": {**FLUID, **fluid}, "time.duration": 1.0})
         assert case.speed_bound_m_s >= 2 * 0.2
 
-    @pytest.mark.xfail(reason="timestep.py _fluid_speed leaves the pore velocity out")
     def test_a_fluid_in_motion_inside_the_specimen(self):
         still, pore = (
             case_of(INFILTRATION, {"fluid.velocity_inside": inside}) for inside in ("still", "pore")
@@ -256,13 +244,13 @@ def test_a_given_step_is_kept(changes, part):
 
 @given(PLANS)
 @settings(deadline=None)
-@pytest.mark.xfail(reason="timestep.py plan_time: frame_every need not divide the steps")
 def test_the_last_frame_is_that_of_the_last_step(changes):
     time = case_of(SETTLING, changes).time
-    assert time.steps % time.frame_every == 0
+    steps = frame_steps(time)
+    assert steps[-1] == time.steps
+    assert len(set(steps)) == len(steps)
 
 
-@pytest.mark.xfail(reason="timestep.py plan_time: the engine refuses more than 2147483647 steps")
 def test_a_run_as_long_as_the_engine_cannot_count_is_refused():
     with pytest.raises(SceneError, match=r"time\."):
         case_of(COLLISION, {"time.duration": 1e9})

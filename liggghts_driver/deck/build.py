@@ -167,6 +167,8 @@ def _output(case: Case) -> dict[str, object]:
     return {
         "series_file": SERIES_FILE,
         "frame_pattern": "dumps/particles.*.bin",
+        "last_frame": f"dumps/particles.{case.time.steps:010d}.bin",
+        "last_is_extra": case.time.steps % case.time.frame_every != 0,
         "frame_columns": " ".join(FRAME_COLUMNS),
         "images": case.scene.output.images > 0,
         "image_pattern": "dumps/snapshot.*.ppm",

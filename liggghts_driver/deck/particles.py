@@ -18,15 +18,28 @@ def simulation_box(case: Case) -> list[tuple[float, float]]:
     and the run says so.
     """
     population, layout = case.population, case.layout
-    if case.scene.specimen is None and not layout.walls:
-        return list(zip(layout.low, layout.high, strict=True))
     radii, centres = population.radii_m[:, None], population.centres_m
-    margin = float(population.radii_m.max(initial=0.0)) + case.skin_m
     low = np.minimum(np.array(layout.low), (centres - radii).min(axis=0, initial=0.0))
     high = np.maximum(np.array(layout.high), (centres + radii).max(axis=0, initial=0.0))
-    width = max(np.subtract(layout.high, layout.low)[1:])
-    room = margin + 0.1 * width  # the piston's surface reaches a little beyond the walls
-    return [(float(a - room), float(b + room)) for a, b in zip(low, high, strict=True)]
+    # The piston's surface reaches a little beyond the walls.
+    overhang = 0.1 * max(np.subtract(layout.high, layout.low)[1:])
+    room = float(population.radii_m.max(initial=0.0)) + case.skin_m + overhang
+    bounds = []
+    for number, axis in enumerate("xyz"):
+        first, last = layout.low[number], layout.high[number]
+        if _enclosed(case, axis, "-"):
+            first = float(low[number] - room)
+        if _enclosed(case, axis, "+"):
+            last = float(high[number] + room)
+        bounds.append((first, last))
+    return bounds
+
+
+def _enclosed(case: Case, axis: str, side: str) -> bool:
+    """Whether something at that face needs room: a wall, the piston, or grains that stick out."""
+    beside_piston = case.scene.piston is not None and f"{axis}{side}" != "x+"
+    wall = f"{axis}{side}" in case.layout.walls
+    return wall or beside_piston or case.scene.specimen is not None
 
 
 def particle_data(case: Case) -> str:

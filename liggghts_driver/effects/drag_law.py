@@ -4,10 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-import numpy as np
-
 from liggghts_driver.physics.drag import BRANCHES, reynolds
-from liggghts_driver.prediction import predict
+from liggghts_driver.prediction import pore_velocity_m_s
 from liggghts_driver.timestep import fluid_acceleration_m_s2
 
 if TYPE_CHECKING:
@@ -56,7 +54,7 @@ def inside_velocity_m_s(case: Case) -> float:
     fluid = case.scene.fluid
     if fluid is None or fluid.velocity_inside == "still":
         return 0.0
-    return float(np.asarray(predict(case.scene).pore_velocity_m_s))
+    return pore_velocity_m_s(case.scene)
 
 
 def outside_velocity_formula(case: Case) -> str:

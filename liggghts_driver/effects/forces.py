@@ -23,7 +23,10 @@ class PressureForce(Effect):
         """In when there is a gradient."""
         if scene.pressure is None or scene.pressure.gradient == 0:
             return False, "no pressure gradient"
-        where = "inside the specimen" if scene.specimen else "everywhere"
+        where = "everywhere"
+        if scene.specimen is not None:
+            beyond = " and behind its open exit" if scene.specimen.exit == "open" else ""
+            where = f"inside the specimen{beyond}"
         return True, f"{scene.pressure.gradient:g} Pa/m {where}"
 
     def fragment(self, scene: Scene) -> str:

@@ -1,8 +1,8 @@
 """Whether a run is whole. The engine's return code alone proves nothing.
 
 SIGTERM ends it with 0 and a normal-looking last line; a run that lost every grain ends with 0.
-So five things must hold together: the return code, the sentinel printed last, the last step, the
-number of spheres in every row, and the last frame on disk.
+So six things must hold together: the return code, the sentinel printed last, the last step, the
+number of spheres in every row, the series to its end, and every frame whole on disk.
 """
 
 from __future__ import annotations
@@ -10,10 +10,19 @@ from __future__ import annotations
 import re
 from typing import TYPE_CHECKING
 
+from liggghts_driver.deck.build import FRAME_COLUMNS
+from liggghts_driver.errors import ParseError
+from liggghts_driver.results.binarydump import iter_binary_frames
+from liggghts_driver.results.series import read_series
+from liggghts_driver.timestep import frame_steps
+
 if TYPE_CHECKING:
     from liggghts_driver.case import Case
     from liggghts_driver.results.thermo import Thermo
     from liggghts_driver.rundir import RunDirectory
+
+#: The sentinel is the last thing printed; what follows it is a few lines at most.
+_END_BYTES = 65536
 
 
 def missing_proofs(
@@ -39,7 +48,8 @@ def missing_proofs(
         _sentinel(run, sentinel),
         _last_step(case, thermo),
         _spheres(case, thermo),
-        _last_frame(case, run),
+        _series(case, run),
+        _frames(case, run),
     )
     return [fault for fault in checks if fault]
 
@@ -49,8 +59,10 @@ def _returncode(returncode: int) -> str | None:
 
 
 def _sentinel(run: RunDirectory, sentinel: str) -> str | None:
+    with run.stdout.open("rb") as file:
+        file.seek(max(0, run.stdout.stat().st_size - _END_BYTES))
+        lines = file.read().decode("utf-8", errors="replace").splitlines()
     # The whole line: the echoed print command holds the same words.
-    lines = run.stdout.read_text(encoding="utf-8", errors="replace").splitlines()
     if sentinel in (line.strip() for line in lines):
         return None
     return "the engine did not reach the end of the deck"
@@ -77,8 +89,31 @@ def _spheres(case: Case, thermo: Thermo) -> str | None:
     )
 
 
-def _last_frame(case: Case, run: RunDirectory) -> str | None:
-    wanted = case.time.steps // case.time.frame_every * case.time.frame_every
+def _series(case: Case, run: RunDirectory) -> str | None:
+    try:
+        steps = read_series(run.engine_series)["step"]
+    except ParseError as error:
+        return str(error)
+    last = int(steps.iloc[-1]) if len(steps) else 0
+    if last == case.time.steps and len(steps) == case.time.steps // case.time.sample_every:
+        return None
+    return f"the series ends at step {last} of {case.time.steps}, or has gaps"
+
+
+def _frames(case: Case, run: RunDirectory) -> str | None:
+    steps = frame_steps(case.time)
     files = run.frame_files()
-    found = int(re.sub(r"\D", "", files[-1].name)) if files else None
-    return None if found == wanted else f"the frame of step {wanted} is not there"
+    found = [int(re.sub(r"\D", "", path.name)) for path in files]
+    if found != steps:
+        missing = sorted(set(steps) - set(found))
+        return f"the frame of step {missing[0]} is not there" if missing else "frames to spare"
+    # Every frame holds the same spheres, so all are of one size; the last is looked into.
+    sizes = {path.stat().st_size for path in files}
+    reader = iter_binary_frames(files[-1:], FRAME_COLUMNS)
+    try:
+        counts = [len(frame.data) for frame in reader]
+    except ParseError as error:
+        return str(error)
+    if len(sizes) == 1 and counts == [case.population.particles]:
+        return None
+    return "a frame is cut off or does not hold every particle"

@@ -6,11 +6,15 @@ import re
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from collections.abc import Iterator
     from pathlib import Path
 
     from liggghts_driver.rundir import RunDirectory
 
 _LAST_LINES = 8
+_WIDEST_LINE = 200
+_HEAD_BYTES = 4_000_000
+_TAIL_BYTES = 1_000_000
 
 
 def failure_message(run: RunDirectory, faults: list[str]) -> str:
@@ -35,14 +39,25 @@ def culprit(deck: str, output: str) -> tuple[int, str] | None:
     """
     echoed = iter(_normal(line) for line in output.splitlines())
     last = None
-    for number, line in enumerate(deck.splitlines(), start=1):
-        wanted = _normal(line)
-        if not wanted or wanted.startswith("#"):
-            continue
-        if not any(seen == wanted for seen in echoed):
+    for number, line in _commands(deck):
+        if not any(seen == _normal(line) for seen in echoed):
             break
         last = (number, line.strip())
     return last
+
+
+def _commands(deck: str) -> Iterator[tuple[int, str]]:
+    """Each command with the number of its first line; ``&`` joins it with the next line."""
+    start, command = 0, ""
+    for number, line in enumerate(deck.splitlines(), start=1):
+        start = start if command else number
+        joined = command + line
+        if joined.rstrip().endswith("&"):
+            command = joined.rstrip().removesuffix("&")
+            continue
+        command = ""
+        if _normal(joined) and not joined.lstrip().startswith("#"):
+            yield start, joined
 
 
 def _normal(line: str) -> str:
@@ -50,8 +65,15 @@ def _normal(line: str) -> str:
 
 
 def _tail(text: str) -> list[str]:
-    return [line for line in text.splitlines() if line.strip()][-_LAST_LINES:]
+    lines = [line for line in text.splitlines() if line.strip()]
+    return [line[:_WIDEST_LINE] for line in lines[-_LAST_LINES:]]
 
 
 def _read(path: Path) -> str:
-    return path.read_text(encoding="utf-8", errors="replace") if path.exists() else ""
+    """The beginning and the end of a file: what a program gone wild prints between is not kept."""
+    if not path.exists():
+        return ""
+    with path.open("rb") as file:
+        head = file.read(_HEAD_BYTES)
+        file.seek(max(file.tell(), path.stat().st_size - _TAIL_BYTES))
+        return (head + file.read()).decode("utf-8", errors="replace")

@@ -8,6 +8,7 @@ import re
 import shutil
 import subprocess
 from dataclasses import dataclass
+from pathlib import Path
 
 from liggghts_driver.errors import EngineNotFoundError
 
@@ -80,7 +81,7 @@ def find_engine() -> Engine:
     Raises
     ------
     EngineNotFoundError
-        With the command that installs it.
+        If it is missing, does not start or is another program; with the way out.
     """
     chosen = os.environ.get(BINARY_VARIABLE)
     if chosen is None:
@@ -92,22 +93,28 @@ def find_engine() -> Engine:
                 f"{BINARY_VARIABLE} = {chosen!r}: no such program; unset it or correct it"
             )
         binary = found
+    # Runs have folders of their own, in which a relative path would mean nothing.
+    binary = str(Path(binary).absolute())
     return Engine(binary, _version(binary))
 
 
 @functools.lru_cache
 def _version(binary: str) -> str:
-    """First line that the engine prints when it is given nothing to do."""
+    """What the engine calls itself when it is given nothing to do."""
     try:
         done = subprocess.run(
             [binary, "-log", "none", "-in", os.devnull],
             capture_output=True,
-            text=True,
             timeout=30,
             check=False,
             env=launch_environment(),
         )
     except (OSError, subprocess.TimeoutExpired) as error:
         raise EngineNotFoundError(f"{binary}: does not start ({error})") from error
-    match = re.search(r"LIGGGHTS \(Version ([^,)]+)", done.stdout)
-    return match.group(1).strip() if match else "unknown"
+    match = re.search(r"LIGGGHTS \(Version ([^,)]+)", done.stdout.decode(errors="replace"))
+    if match is None:
+        raise EngineNotFoundError(
+            f"{binary}: is not LIGGGHTS; correct {BINARY_VARIABLE}, or install the engine with: "
+            f"{INSTALL['liggghts']}"
+        )
+    return match.group(1).strip()

@@ -7,6 +7,7 @@ import os
 import re
 import signal
 import subprocess
+import threading
 import time
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
@@ -14,12 +15,16 @@ from typing import TYPE_CHECKING
 from liggghts_driver.engine.find import launch_environment
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
+    from collections.abc import Callable, Iterator, Sequence
     from pathlib import Path
+    from types import FrameType
 
-#: A row of the series begins with its step; nothing else the engine prints has this shape.
-_ROW = re.compile(rb"^\s*(\d+)\s+[-+0-9.eEnaif]+\s+\d+\s")
+#: A row of the log is step, spheres, seconds; nothing else the engine prints has this shape.
+_ROW = re.compile(rb"^\s*(\d+)\s+\d+\s+\d[-+0-9.e]*\s*$", re.MULTILINE)
 _GRACE_S = 5.0
+_CHUNK_BYTES = 65536
+#: No row is longer; what is left of a chunk is looked at again with the next one.
+_LONGEST_ROW_BYTES = 256
 
 
 @dataclass(frozen=True)
@@ -66,8 +71,9 @@ def launch(
         start_new_session=True,
     )
     try:
-        _copy(process, stdout, on_step)
-        returncode = process.wait()
+        with _sigterm_as_interrupt():
+            _copy(process, stdout, on_step)
+            returncode = process.wait()
     except BaseException:
         end_group(process)
         raise
@@ -75,13 +81,33 @@ def launch(
 
 
 def _copy(process: subprocess.Popen[bytes], stdout: Path, on_step: Callable[[int], None]) -> None:
+    """Copy in chunks of bounded size: a program gone wild may print a line without an end."""
     assert process.stdout is not None
+    rest = b""
     with stdout.open("wb", buffering=0) as file, process.stdout:
-        for line in process.stdout:
-            file.write(line)
-            row = _ROW.match(line)
-            if row:
+        while chunk := os.read(process.stdout.fileno(), _CHUNK_BYTES):
+            file.write(chunk)
+            complete, newline, rest = (rest + chunk).rpartition(b"\n")
+            rest = rest[-_LONGEST_ROW_BYTES:]
+            for row in _ROW.finditer(complete + newline):
                 on_step(int(row.group(1)))
+
+
+@contextlib.contextmanager
+def _sigterm_as_interrupt() -> Iterator[None]:
+    """Take SIGTERM, with which batch systems end a job, for Ctrl-C, so that the engine ends too."""
+
+    def interrupt(_number: int, _frame: FrameType | None) -> None:
+        raise KeyboardInterrupt
+
+    if threading.current_thread() is not threading.main_thread():
+        yield  # only the main thread may set handlers
+        return
+    before = signal.signal(signal.SIGTERM, interrupt)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGTERM, before)
 
 
 def end_group(process: subprocess.Popen[bytes]) -> None:

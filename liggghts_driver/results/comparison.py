@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING, Any
 
 from scipy import stats
@@ -57,5 +58,5 @@ def _pair(simulated: float, ci95: float, estimated: float) -> dict[str, float | 
         "simulated": simulated,
         "estimated": estimated,
         "ratio": simulated / estimated if estimated else None,
-        "z_score": (simulated - estimated) / error if error > 0 else None,
+        "z_score": (simulated - estimated) / error if 0 < error < math.inf else None,
     }

@@ -11,7 +11,9 @@ import pandas as pd
 from scipy.spatial import cKDTree
 
 from liggghts_driver.deck.build import FRAME_COLUMNS
+from liggghts_driver.errors import ParseError
 from liggghts_driver.results.binarydump import iter_binary_frames
+from liggghts_driver.results.series import read_series
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -32,11 +34,20 @@ class Instant:
 
 
 def iter_instants(run: RunDirectory) -> Iterator[Instant]:
-    """The frames of a run, one at a time."""
-    for frame in iter_binary_frames(run.frame_files(), FRAME_COLUMNS):
+    """The frames of a run, one at a time.
+
+    Raises
+    ------
+    ParseError
+        If a frame is not what it should be, or the last is cut off.
+    """
+    reader = iter_binary_frames(run.frame_files(), FRAME_COLUMNS)
+    for frame in reader:
         ordered = frame.data.sort_values("id")
         positions = ordered[["x", "y", "z"]].to_numpy()
         yield Instant(frame.step, positions, ordered[["vx", "vy", "vz"]].to_numpy())
+    if reader.truncated is not None:
+        raise ParseError(str(reader.truncated))
 
 
 def volumes_past_sections(run: RunDirectory, case: Case) -> pd.DataFrame:
@@ -59,10 +70,28 @@ def volumes_past_sections(run: RunDirectory, case: Case) -> pd.DataFrame:
 def largest_overlap_over_radius(run: RunDirectory, case: Case) -> float:
     """Largest overlap of any contact in any frame, over the radius of the smaller partner."""
     worst = 0.0
+    piston = _piston_places(run, case)
     for instant in iter_instants(run):
         x = instant.positions_m
         worst = max(worst, _pairs(x, case), _grains(x, case), _walls(x, case))
+        if case.scene.piston is not None:
+            radii = case.population.particle_radii_m
+            worst = max(worst, _depth(x[:, 0] - piston[instant.step], radii))
     return worst
+
+
+def _piston_places(run: RunDirectory, case: Case) -> dict[int, float]:
+    """Where the piston was, by step; empty without one."""
+    places = {0: case.layout.low[0]}
+    if case.scene.piston is not None and run.engine_series.exists():
+        series = read_series(run.engine_series)
+        places |= dict(zip(series["step"].tolist(), series["piston_x_m"].tolist(), strict=True))
+    return places
+
+
+def _depth(gaps: NDArray[np.float64], radii: NDArray[np.float64]) -> float:
+    """Largest overlap with a plane at that distance from the centres, over the radius."""
+    return float(((radii - gaps) / radii).max(initial=0.0))
 
 
 def _pairs(positions: NDArray[np.float64], case: Case) -> float:
@@ -99,5 +128,5 @@ def _walls(positions: NDArray[np.float64], case: Case) -> float:
             gap = positions[:, axis] - case.layout.low[axis]
         else:
             gap = case.layout.high[axis] - positions[:, axis]
-        worst = max(worst, float(((radii - gap) / radii).max(initial=0.0)))
+        worst = max(worst, _depth(gap, radii))
     return worst

@@ -9,6 +9,8 @@ import numpy as np
 import pandas as pd
 
 from liggghts_driver.errors import ParseError
+from liggghts_driver.physics.drag import reynolds
+from liggghts_driver.prediction import pore_velocity_m_s
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -30,25 +32,29 @@ def read_series(path: Path) -> pd.DataFrame:
         text = path.read_text(encoding="utf-8")
     except OSError as error:
         raise ParseError(f"{path}: the engine wrote no series ({error.strerror})") from None
+    except UnicodeDecodeError as error:
+        raise ParseError(f"{path}: not a text ({error.reason} at byte {error.start})") from None
     complete = text[: text.rfind("\n") + 1].splitlines()
     if not complete:
         raise ParseError(f"{path}: empty; the engine wrote no series")
     names = complete[0].split()
-    rows = [
-        _numbers(line, len(names), f"{path}, line {n}") for n, line in enumerate(complete[1:], 2)
-    ]
+    if names.count("step") != 1 or len(set(names)) != len(names):
+        raise ParseError(f"{path}, line 1: expected names, each once and step among them")
+    rows = [_numbers(line, names, f"{path}, line {n}") for n, line in enumerate(complete[1:], 2)]
     table = pd.DataFrame(np.array(rows).reshape(-1, len(names)), columns=names)
     return table.astype({"step": np.int64})
 
 
-def _numbers(line: str, expected: int, where: str) -> list[float]:
-    words = line.split()
+def _numbers(line: str, names: list[str], where: str) -> list[float]:
     try:
-        numbers = [float(word) for word in words]
+        numbers = [float(word) for word in line.split()]
     except ValueError:
-        raise ParseError(f"{where}: expected {expected} numbers, found {line[:80]!r}") from None
-    if len(numbers) != expected:
-        raise ParseError(f"{where}: expected {expected} numbers, found {len(numbers)}")
+        raise ParseError(f"{where}: expected {len(names)} numbers, found {line[:80]!r}") from None
+    if len(numbers) != len(names):
+        raise ParseError(f"{where}: expected {len(names)} numbers, found {len(numbers)}")
+    step = numbers[names.index("step")]
+    if not step.is_integer():
+        raise ParseError(f"{where}: {step} is no step")
     return numbers
 
 
@@ -86,4 +92,22 @@ def _start(raw: pd.DataFrame, case: Case) -> pd.DataFrame:
         row[f"volume_past_{name}_m3"] = float(volumes[x > place].sum())
     if "piston_x_m" in row:
         row["piston_x_m"] = case.layout.low[0]
+    if "largest_reynolds_squared" in row:
+        row["largest_reynolds_squared"] = _largest_reynolds(case) ** 2
     return pd.DataFrame([row]).astype({"step": np.int64})
+
+
+def _largest_reynolds(case: Case) -> float:
+    """The largest Reynolds number of the start, when the fluid moves only if it is constant."""
+    fluid, population = case.scene.fluid, case.population
+    assert fluid is not None
+    slip = population.velocities_m_s[: population.particles].copy()
+    before = population.centres_m[: population.particles, 0] < 0.0
+    outside = before if case.scene.specimen is not None else np.ones_like(before)
+    if fluid.velocity_outside == "constant":
+        slip[outside, 0] -= fluid.velocity
+    if fluid.velocity_inside == "pore":
+        slip[~outside, 0] -= pore_velocity_m_s(case.scene)
+    speeds = np.linalg.norm(slip, axis=1)
+    found = reynolds(fluid.density, fluid.viscosity, population.particle_radii_m, speeds)
+    return float(found.max(initial=0.0))

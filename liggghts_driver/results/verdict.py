@@ -41,7 +41,7 @@ def judge(
     series: pd.DataFrame,
     rates: Mapping[str, Rate],
     overlap_over_radius: float,
-    scale_m3_s: float,
+    scale_m3_s: float = 0.0,
 ) -> Verdict:
     """Judge a complete run.
 
@@ -127,7 +127,7 @@ def _piston(case: Case, series: pd.DataFrame) -> Iterator[str]:
 
 def _overlap(case: Case, overlap_over_radius: float) -> Iterator[str]:
     allowed = case.scene.contact.largest_overlap
-    if overlap_over_radius > allowed:
+    if not overlap_over_radius <= allowed:  # so that nan is a fault too
         yield (
             f"a contact overlapped by {overlap_over_radius:.3g} of the smaller radius; "
             f"contact.largest_overlap allows {allowed:g}"

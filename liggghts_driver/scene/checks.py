@@ -8,10 +8,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from liggghts_driver.scene.layout import layout, particle_fraction
+
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from liggghts_driver.scene.model import Radii, Scene
+    from liggghts_driver.scene.model import Box, Radii, Scene
 
 
 @dataclass(frozen=True)
@@ -31,7 +33,9 @@ class Mistake:
 def scene_mistakes(scene: Scene) -> list[Mistake]:
     """Every contradiction between the tables of a scene."""
     checks = (_domain, _population, _radii, _specimen, _contact, _fluid, _piston, _time, _spheres)
-    return [mistake for check in checks for mistake in check(scene)]
+    mistakes = [mistake for check in checks for mistake in check(scene)]
+    # How full the suspension is can be asked only of a scene without contradictions.
+    return mistakes or list(_fullness(scene))
 
 
 def _domain(scene: Scene) -> Iterator[Mistake]:
@@ -40,10 +44,18 @@ def _domain(scene: Scene) -> Iterator[Mistake]:
     if scene.specimen is not None and scene.box is not None:
         yield Mistake("box", "given", "[specimen] already says where the walls are", "remove [box]")
     if scene.box is not None:
+        yield from _faces(scene.box)
         for axis, low, high in zip("xyz", scene.box.low, scene.box.high, strict=True):
             if not low < high:
                 fix = "give the lower corner first"
                 yield Mistake(f"box.high ({axis})", high, f"must be above box.low = {low}", fix)
+
+
+def _faces(box: Box) -> Iterator[Mistake]:
+    twice = sorted({face for face in box.walls if box.walls.count(face) > 1})
+    if twice:
+        bound = f"{', '.join(twice)} stands there more than once"
+        yield Mistake("box.walls", list(box.walls), bound, "name each face once")
 
 
 def _population(scene: Scene) -> Iterator[Mistake]:
@@ -53,6 +65,9 @@ def _population(scene: Scene) -> Iterator[Mistake]:
         bound = f"particles.{wanted[0]} asks for particles of some size"
         yield Mistake("particles.radius_mean", None, bound, "give their mean radius in m")
     if scene.specimen is None:
+        if not wanted and not scene.spheres:
+            fix = "give particles.count, particles.volume_fraction or [[spheres]]"
+            yield Mistake("spheres", None, "the scene has nothing in it", fix)
         if len(wanted) == 2:
             bound = "particles.volume_fraction and the box already fix the number"
             yield Mistake("particles.count", particles.count, bound, "remove one of the two")
@@ -138,7 +153,8 @@ def _piston(scene: Scene) -> Iterator[Mistake]:
         return
     if scene.box is not None and "x-" in scene.box.walls:
         yield Mistake("box.walls", "x-", "the piston stands there", "remove x- from box.walls")
-    empty = scene.particles.count is None and scene.particles.volume_fraction is None
+    particles = scene.particles
+    empty = particles.count == 0 or (particles.count, particles.volume_fraction) == (None, None)
     if empty and scene.piston.mass is None:
         fix = "give its mass in kg"
         yield Mistake("piston.mass", None, "there is no suspension to take it from", fix)
@@ -156,6 +172,7 @@ def _time(scene: Scene) -> Iterator[Mistake]:
 
 
 def _spheres(scene: Scene) -> Iterator[Mistake]:
+    yield from _coincident(scene)
     if scene.box is None:
         return
     for number, sphere in enumerate(scene.spheres):
@@ -168,3 +185,26 @@ def _spheres(scene: Scene) -> Iterator[Mistake]:
                     f"must be inside the box, [{low}, {high}]",
                     "move the sphere or enlarge the box",
                 )
+
+
+def _coincident(scene: Scene) -> Iterator[Mistake]:
+    """Two spheres with one centre: no direction in which they could repel each other."""
+    first: dict[tuple[float, float, float], int] = {}
+    for number, sphere in enumerate(scene.spheres):
+        other = first.setdefault(sphere.position, number)
+        if other != number:
+            bound = f"spheres[{other}] has the same centre"
+            name = f"spheres[{number}].position"
+            yield Mistake(name, list(sphere.position), bound, "move one of them")
+
+
+def _fullness(scene: Scene) -> Iterator[Mistake]:
+    place = layout(scene)
+    if scene.box is not None and place.fill_high[0] > place.high[0]:
+        bound = f"the box is {place.high[0] - place.low[0]:g} m long"
+        yield Mistake("reservoir.length", scene.reservoir.length, bound, "shorten it")
+        return
+    fraction = particle_fraction(scene, place)
+    if fraction >= 1:
+        bound = f"these particles would fill {fraction:.3g} of the volume they are to be in"
+        yield Mistake("particles.count", scene.particles.count, bound, "lower it")

@@ -15,6 +15,8 @@ Number = Annotated[float, Strict(), Field(allow_inf_nan=False)]
 Whole = Annotated[int, Strict()]
 Switch = Annotated[bool, Strict()]
 Vector = tuple[Number, Number, Number]
+#: A text without control characters: it stands in a comment of the deck.
+Line = Annotated[str, Strict(), Field(pattern=r"^[^\x00-\x08\x0a-\x1f\x7f\x85\u2028\u2029]*$")]
 Face = Literal["x-", "x+", "y-", "y+", "z-", "z+"]
 
 
@@ -232,7 +234,7 @@ class Output(Table):
 class Scene(Table):
     """One problem, complete."""
 
-    title: str = key("", "one line for the reports", "")
+    title: Line = key("", "one line for the reports", "")
     seed: Whole = key("", "root of all random numbers", 1, ge=0)
     particles: Particles
     spheres: tuple[Sphere, ...] = key("", "single spheres at given places", ())

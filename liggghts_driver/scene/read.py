@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import difflib
 import json
+import re
 import tomllib
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -81,7 +82,9 @@ def _load(path: Path) -> dict[str, Any]:
         raise SceneError(f"{path}: not a text file in UTF-8; a scene is a TOML file") from None
     try:
         loaded = json.loads(text) if path.suffix == ".json" else tomllib.loads(text)
-    except (tomllib.TOMLDecodeError, json.JSONDecodeError) as error:
+    except RecursionError:
+        raise SceneError(f"{path}: nested too deeply to be a scene") from None
+    except ValueError as error:  # of both readers; also for numbers of thousands of digits
         raise SceneError(f"{path}: not valid {path.suffix[1:] or 'TOML'}: {error}") from None
     if not isinstance(loaded, dict):
         raise SceneError(f"{path}: a scene is a set of tables, not a {type(loaded).__name__}")
@@ -106,11 +109,14 @@ def _override(data: dict[str, Any], text: str) -> str | None:
 
 def _enter(place: dict[str, Any], table: str) -> dict[str, Any] | None:
     """The table of that name, made when absent; ``spheres[0]`` is the first of a list."""
-    name, bracket, number = table.partition("[")
-    inner = place.setdefault(name, {})
-    if bracket and isinstance(inner, list) and number.rstrip("]").isdigit():
-        index = int(number.rstrip("]"))
-        inner = inner[index] if index < len(inner) else None
+    listed = re.fullmatch(r"(\w+)\[([0-9]{1,9})\]", table)
+    if listed is None and "[" in table:
+        return None
+    if listed is None:
+        inner = place.setdefault(table, {})
+    else:
+        items, index = place.get(listed[1]), int(listed[2])
+        inner = items[index] if isinstance(items, list) and index < len(items) else None
     return inner if isinstance(inner, dict) else None
 
 
@@ -122,7 +128,7 @@ def _value(text: str) -> Any:
 
 
 def _explain(detail: ErrorDetails) -> Mistake:
-    name = _dotted(detail["loc"])
+    name = _dotted(detail["loc"]) or "scene"
     value = detail["input"]
     if detail["type"] == "extra_forbidden":
         return _unknown(detail, name)
@@ -153,9 +159,13 @@ def _short(value: object) -> object:
 
 def _fix(location: tuple[int | str, ...]) -> str:
     """What to give there, from the documentation of the key."""
-    field = _table(location[:-1]).model_fields.get(str(location[-1]))
+    names = [number for number, part in enumerate(location) if isinstance(part, str)]
+    if not names:
+        return "give tables and keys"
+    where = location[: names[-1] + 1]  # the key; what follows is a place in its list
+    field = _table(where[:-1]).model_fields.get(str(where[-1]))
     if field is None or not field.description:
-        return f"give [{_dotted(location)}]" if len(location) == 1 else "see the documentation"
+        return f"give [{_dotted(where)}]" if len(where) == 1 else "see the documentation"
     extra = field.json_schema_extra
     unit = extra.get("unit") if isinstance(extra, dict) else None
     return f"give the {field.description}" + (f" [{unit}]" if unit else "")

@@ -129,9 +129,9 @@ class Fall:
 
 
 def pushed(
-    reynolds: float, rng: np.random.Generator, spread: float = 1.4, count: int = 5
+    reynolds: float, rng: np.random.Generator, spread: float = 1.4, count: int = 6
 ) -> list[Fall]:
-    """Spheres in one random fluid under one random gradient, the middle one bound for some Re.
+    """Spheres in one random fluid under one random gradient, the middle ones bound for some Re.
 
     Viscosity, both densities and the radius are log-uniform; the gradient follows from Re. The
     radii cover a factor of ``spread`` on both sides.
