@@ -115,7 +115,9 @@ def _driven_speed(scene: Scene, layout: Layout, population: Population) -> float
     density = scene.particles.density
     gradient = abs(scene.pressure.gradient) if scene.pressure else 0.0
     gravity = math.hypot(*scene.gravity.acceleration) if scene.gravity else 0.0
-    acceleration = 1.5 * gradient / density + gravity
+    # A fluid denser than the particles drives them upwards, with more than their weight.
+    buoyant = abs(1.0 - scene.fluid.density / density) if scene.fluid else 1.0
+    acceleration = 1.5 * gradient / density + buoyant * gravity
     diagonal = math.dist(layout.low, layout.high)
     falling = math.sqrt(2.0 * acceleration * diagonal)
     if scene.fluid is None:

@@ -47,7 +47,7 @@ class Drag(Effect):
             "factor": drag_law.drag_factor_formula(bound),
             "slip": drag_law.slip_formula(case),
             "outside_reason": fluid.velocity_outside,
-            "reynolds_bound": bound,
+            "reynolds_bound": f"{bound:g}",
         }
         if case.scene.drag.scheme == "held":
             law["refresh_every"] = case.time.refresh_every
