@@ -13,7 +13,7 @@ demo: $(INSTALLED) engine           ## the main job on a small case, with a repo
 	$(DRIVER) run cases/infiltration_small.toml
 
 test: lint engine                   ## lint, types and every quick test
-	$(BIN)/pytest -m "not validate" -n 2 --dist loadgroup
+	$(BIN)/pytest -q -m "not validate"
 
 lint: $(INSTALLED)
 	$(BIN)/ruff check .
@@ -21,7 +21,7 @@ lint: $(INSTALLED)
 	$(BIN)/mypy
 
 validate: $(INSTALLED) engine       ## the long physics checks
-	$(BIN)/pytest -m validate -n 2 --dist loadgroup
+	$(BIN)/pytest -q -m validate
 
 bench: $(INSTALLED) engine          ## measure, side by side; rewrites docs/benchmarks.md
 	$(BIN)/python -m tests.bench

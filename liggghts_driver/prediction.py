@@ -5,6 +5,7 @@ Knows the scene and nothing of decks or results, so that the comparison stays in
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -83,7 +84,11 @@ def predict_gradient(scene: Scene, flow_rate_m3_s: float) -> Estimate:
     ------
     NoDarcyError
         If Darcy's law does not apply to the scene.
+    SceneError
+        If the flow rate is no number.
     """
+    if not math.isfinite(flow_rate_m3_s):
+        raise SceneError(f"flow rate = {flow_rate_m3_s}: must be a finite number; give it in m3/s")
     return gradient_for(darcy_inputs(scene), flow_rate_m3_s=flow_rate_m3_s)
 
 

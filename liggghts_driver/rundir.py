@@ -186,15 +186,7 @@ class RunDirectory:
         RunFolderError
             If the folder cannot be made, holds another scene, or files that no run wrote.
         """
-        try:
-            self.path.mkdir(parents=True, exist_ok=True)
-            empty = not any(self.path.iterdir())
-        except OSError as error:
-            raise RunFolderError(
-                f"{self.path}: cannot be a run directory ({error.strerror}); choose another with "
-                "--out"
-            ) from None
-        if empty:
+        if self.make_or_find_empty():
             return
         if not self.scene.exists():
             raise RunFolderError(
@@ -204,6 +196,23 @@ class RunDirectory:
             raise RunFolderError(
                 f"{self.path}: holds a run of another scene; choose another folder with --out"
             )
+
+    def make_or_find_empty(self) -> bool:
+        """Make the folder if it is not there; whether there is nothing in it.
+
+        Raises
+        ------
+        RunFolderError
+            If it can be no folder.
+        """
+        try:
+            self.path.mkdir(parents=True, exist_ok=True)
+            return not any(self.path.iterdir())
+        except OSError as error:
+            raise RunFolderError(
+                f"{self.path}: cannot be a run directory ({error.strerror}); choose another with "
+                "--out"
+            ) from None
 
     def set_aside(self) -> Path | None:
         """Move what an unfinished run left into ``attempt-N``, so that nothing is lost.

@@ -111,7 +111,7 @@ def write_only(scene: Scene, out: str | Path, ranks: int = 1) -> RunDirectory:
         If the folder holds anything already.
     """
     directory = RunDirectory(Path(out))
-    if directory.path.exists() and any(directory.path.iterdir()):
+    if not directory.make_or_find_empty():
         raise RunFolderError(f"{out}: is not empty; choose another folder with --out")
     case = make_case(scene)
     write_deck(case, build_deck(case, scene_hash(scene), ranks), directory)

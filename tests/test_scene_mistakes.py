@@ -237,3 +237,27 @@ def test_a_scene_never_changes():
         scene.particles.density = 1.0
     assert isinstance(scene.spheres, tuple)
     assert hash(scene) == hash(scene_of(COLLISION))
+
+
+def test_contradictions_are_told_beside_the_mistakes_of_single_keys():
+    """One message, also where a bad key keeps the scene from being one."""
+    changes = {
+        "particles.density": GONE,
+        "particles.young_modulus": 1e7,
+        "particles.youngs_modulus": GONE,
+        "contact.restitution": 0.5,
+        "contact.damping_ratio": 0.1,
+        "contact.rolling_friction": 0.1,
+    }
+    found = mistakes(COLLISION, changes)
+    assert {"particles.density", "particles.young_modulus", "particles.youngs_modulus"} <= set(
+        found
+    )
+    assert "contact.damping_ratio, contact.restitution" in found
+    assert "contact.rolling_friction" in found
+
+
+def test_a_contradiction_that_hangs_on_a_bad_key_is_not_told():
+    """Whether the friction is zero cannot be known while it is no number."""
+    found = mistakes(COLLISION, {"contact.friction": "much", "contact.rolling_friction": "more"})
+    assert set(found) == {"contact.friction", "contact.rolling_friction"}

@@ -7,8 +7,6 @@ import sys
 
 from liggghts_driver.errors import DriverError
 
-INTERRUPTED = 130
-
 
 def main() -> None:
     """Run the command line; errors raised on purpose become one message, without a traceback."""
@@ -21,6 +19,3 @@ def main() -> None:
             print(json.dumps({"error": type(error).__name__, "message": str(error)}))
         print(f"error: {error}", file=sys.stderr)
         sys.exit(error.exit_code)
-    except KeyboardInterrupt:
-        print("interrupted; what the run wrote so far is kept", file=sys.stderr)
-        sys.exit(INTERRUPTED)

@@ -14,6 +14,9 @@ from liggghts_driver.cli.gradients import parse_gradients
 from liggghts_driver.cli.progress import follow
 from liggghts_driver.scene import read_scene
 
+#: Exit code of a program that Ctrl-C ended.
+INTERRUPTED = 130
+
 app = typer.Typer(
     help="Turn a short scene description into a checked answer from the LIGGGHTS engine.",
     no_args_is_help=True,
@@ -64,8 +67,12 @@ def run(
 
     checked = read_scene(scene, overrides or ())
     folder = out or default_directory(checked, scene.stem)
-    with follow(quiet=as_json) as progress:
-        solution = solve(checked, folder, ranks, progress.on_case, progress.on_step)
+    try:
+        with follow(quiet=as_json) as progress:
+            solution = solve(checked, folder, ranks, progress.on_case, progress.on_step)
+    except KeyboardInterrupt:
+        typer.echo(f"interrupted; what the run wrote so far is kept in {folder}", err=True)
+        raise typer.Exit(INTERRUPTED) from None
     _conclude(solution.results, solution.directory.path, reused=solution.reused, as_json=as_json)
 
 
@@ -99,7 +106,9 @@ def deck(
         typer.echo(json.dumps({"files": files}))
         return
     typer.echo("\n".join(files))
-    typer.echo(f"run it with: cd {out} && stdbuf -oL liggghts {' '.join(BATCH_ARGUMENTS)}")
+    launcher = f"mpirun --bind-to none -np {ranks} " if ranks > 1 else ""
+    engine = f"stdbuf -oL liggghts {' '.join(BATCH_ARGUMENTS)}"
+    typer.echo(f"run it with: cd {out} && {launcher}{engine}")
 
 
 @app.command()
@@ -124,7 +133,7 @@ def estimate(
     overrides: Overrides = None,
     as_json: Json = False,
 ) -> None:
-    """The Darcy estimate of a scene, at once (Eqs. 1-16)."""
+    """The Darcy estimate of a scene, at once: equations 1 to 16 of the paper."""
     from liggghts_driver.prediction import predict, predict_gradient
 
     checked = read_scene(scene, overrides or ())

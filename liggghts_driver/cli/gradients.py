@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -13,6 +14,9 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from numpy.typing import NDArray
+
+#: A table of more rows is no table.
+_MOST = 10_000
 
 
 def parse_gradients(texts: Sequence[str]) -> float | NDArray[np.float64]:
@@ -39,9 +43,10 @@ def parse_gradients(texts: Sequence[str]) -> float | NDArray[np.float64]:
 
 def _range(word: str) -> list[float]:
     parts = word.split(":")
-    if len(parts) != 3 or not parts[2].isdigit() or int(parts[2]) < 2:
-        raise ValueError("a range is start:stop:count with a count of at least 2")
-    values = np.linspace(_number(parts[0]), _number(parts[1]), int(parts[2]))
+    count = int(parts[2]) if len(parts) == 3 and re.fullmatch("[0-9]{1,6}", parts[2]) else 0
+    if not 2 <= count <= _MOST:
+        raise ValueError(f"a range is start:stop:count with a count of at least 2, at most {_MOST}")
+    values = np.linspace(_number(parts[0]), _number(parts[1]), count)
     return [float(value) for value in values]
 
 

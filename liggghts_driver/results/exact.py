@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from liggghts_driver.effects.contacts import restitution
+from liggghts_driver.errors import ParseError
 from liggghts_driver.physics.drag import free_flight_speed_m_s
 from liggghts_driver.physics.spheres import sphere_volume_m3
 from liggghts_driver.results.positions import iter_instants
@@ -22,11 +23,20 @@ def exact_checks(run: FinishedRun) -> list[dict[str, Any]]:
     """Every exact answer that the scene has, beside what the run gave.
 
     A list of ``name``, ``simulated``, ``exact`` and ``ratio``; empty for most scenes.
+
+    Raises
+    ------
+    ParseError
+        If the run has no frames any more.
     """
     scene = run.case.scene
     if scene.specimen is not None or scene.piston is not None:
         return []
-    *_, last = iter_instants(run.directory)
+    last = None
+    for instant in iter_instants(run.directory):
+        last = instant
+    if last is None:
+        raise ParseError(f"{run.directory.dumps}: there is no frame of the particles")
     if run.case.population.particles == 1 and not run.case.population.grains:
         return _lone_sphere(scene, last)
     if run.case.population.particles == 2 and len(scene.spheres) == 2:

@@ -9,9 +9,19 @@ from __future__ import annotations
 
 from typing import Annotated, Any, Literal
 
-from pydantic import BaseModel, ConfigDict, Field, Strict
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field, Strict
 
-Number = Annotated[float, Strict(), Field(allow_inf_nan=False)]
+#: Sizes of numbers that mean something in SI units; beyond, arithmetic itself would fail.
+_SMALLEST, _LARGEST = 1e-30, 1e30
+
+
+def _within_reason(value: float) -> float:
+    if value != 0.0 and not _SMALLEST <= abs(value) <= _LARGEST:
+        raise ValueError(f"must be 0, or of a size from {_SMALLEST:g} to {_LARGEST:g}")
+    return value
+
+
+Number = Annotated[float, Strict(), Field(allow_inf_nan=False), AfterValidator(_within_reason)]
 Whole = Annotated[int, Strict()]
 Switch = Annotated[bool, Strict()]
 Vector = tuple[Number, Number, Number]

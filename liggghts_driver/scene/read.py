@@ -14,6 +14,7 @@ from pydantic import BaseModel, ValidationError
 from liggghts_driver.errors import SceneError
 from liggghts_driver.scene.checks import Mistake, scene_mistakes
 from liggghts_driver.scene.model import Scene, table_class
+from liggghts_driver.scene.repair import contradictions_beside
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -60,7 +61,9 @@ def make_scene(data: Mapping[str, Any], source: str = "scene") -> Scene:
     try:
         scene = Scene.model_validate(data)
     except ValidationError as error:
-        mistakes = [_explain(detail) for detail in error.errors()]
+        details = error.errors()
+        mistakes = [_explain(detail) for detail in details]
+        mistakes += contradictions_beside(data, [detail["loc"] for detail in details])
         raise SceneError(_message(source, mistakes)) from None
     mistakes = scene_mistakes(scene)
     if mistakes:
@@ -134,7 +137,12 @@ def _explain(detail: ErrorDetails) -> Mistake:
         return _unknown(detail, name)
     if detail["type"] == "missing":
         return Mistake(name, None, "it is needed", _fix(detail["loc"]))
-    bound = detail["msg"].removeprefix("Input ").replace("should be", "must be")
+    bound = (
+        detail["msg"]
+        .removeprefix("Input ")
+        .removeprefix("Value error, ")
+        .replace("should be", "must be")
+    )
     return Mistake(name, value, bound, _fix(detail["loc"]))
 
 

@@ -52,7 +52,7 @@ def test_free_piston(simulator: Simulator, fluid: Tables | None) -> None:
             **stepping(2.0 / steps, steps, 20),
             **({} if fluid is None else {"fluid": fluid}),
         }
-        for steps in (500, 1000, 2000)
+        for steps in (2000, 4000, 8000)
     ]
     for outcome in simulator.run_all(scenes):
         times, step = outcome.series["time_s"].to_numpy(), outcome.case.time.step_s
@@ -146,7 +146,6 @@ def period(times: NDArray[np.float64], places: NDArray[np.float64]) -> float:
 ROWS = {
     "ten times as heavy": Row(1, 10.0 * MASS),
     "a hundred times as heavy": Row(1, 100.0 * MASS),
-    "a thousand times as heavy": Row(1, 1000.0 * MASS),
     "two spheres": Row(2, 30.0 * MASS),
 }
 
@@ -156,10 +155,9 @@ def test_piston_on_a_spring(simulator: Simulator, row: Row) -> None:
     """Its motion, to and fro on spheres that repel it, and theirs."""
     outcomes = simulator.run_all([row.scene(steps) for steps in STEPS])
     errors = []
+    exact = row.exact(outcomes[0].series["time_s"].to_numpy())  # the frames' times are the same
+    travel = exact[0].max()
     for outcome in outcomes:
-        times = outcome.series["time_s"].to_numpy()
-        exact = row.exact(times)
-        travel = exact[0].max()
         piston = outcome.series["piston_x_m"].to_numpy()
         spheres = outcome.positions_m[:, :, 0].T
         wrong = max(
