@@ -141,11 +141,13 @@ def write_deck(case: Case, deck: Deck, directory: RunDirectory) -> None:
 def _require_same_deck(case: Case, directory: RunDirectory, identity: str) -> None:
     """Refuse to pass off an older version's run as what this version would compute."""
     ranks = directory.read_state().get("ranks", 1)
-    deck = build_deck(case, identity, ranks).files["deck.in"]
-    if _commands(directory.deck.read_text(encoding="utf-8")) != _commands(deck):
+    for name, text in build_deck(case, identity, ranks).files.items():
+        path = directory.path / name
+        if path.exists() and _commands(path.read_text(encoding="utf-8")) == _commands(text):
+            continue
         raise RunFolderError(
-            f"{directory.path}: holds a finished run of this scene, but with another deck (of "
-            "another version of this software, or edited); choose another folder with --out"
+            f"{directory.path}: holds a finished run of this scene, but its {name} is not what "
+            "this version of the software would write; choose another folder with --out"
         )
 
 
@@ -185,8 +187,9 @@ def _launch(
 ) -> Launch:
     try:
         return launch(command, directory.path, directory.stdout, on_step)
-    except KeyboardInterrupt:
-        directory.write_state(state="interrupted", **facts)
+    except BaseException as error:
+        interrupted = isinstance(error, KeyboardInterrupt)
+        directory.write_state(state="interrupted" if interrupted else "failed", **facts)
         raise
 
 

@@ -205,6 +205,27 @@ class TestLaunch:
         launch(["cat", "text"], tmp_path, out, seen.append)
         assert seen == ([] if step is None else [step])
 
+    def test_blank_lines_are_read_as_quickly_as_others(self, tmp_path, out):
+        (tmp_path / "text").write_bytes(b"\n" * 25_000)
+        start = time.monotonic()
+        launch(["cat", "text"], tmp_path, out)
+        # It takes milliseconds, or seconds with a time that grows with the square.
+        assert time.monotonic() - start < 1.0
+
+    def test_a_row_is_one_line(self, tmp_path, out):
+        (tmp_path / "text").write_text("5\n2\n0\n")
+        seen: list[int] = []
+        launch(["cat", "text"], tmp_path, out, seen.append)
+        assert seen == []
+
+    def test_rows_are_seen_wherever_the_output_is_cut(self, tmp_path, out):
+        """Chunks of 64 kB end anywhere, in the middle of a row as well."""
+        rows = [f"{step:8d} {2:8d} {step * 1e-5:14.8g} \n" for step in range(20_000)]
+        (tmp_path / "text").write_text("".join(rows))
+        seen: list[int] = []
+        launch(["cat", "text"], tmp_path, out, seen.append)
+        assert seen == list(range(20_000))
+
     def test_whatever_goes_wrong_while_following_ends_the_program(self, tmp_path, out):
         def fail(_: int) -> None:
             raise RuntimeError("in the progress bar")

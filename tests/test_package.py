@@ -68,7 +68,6 @@ def test_public_names():
 MODULE_NAMES = {"pillow": "PIL"}
 
 
-@pytest.mark.xfail(reason="pyproject.toml: report/ imports PIL, but pillow is not declared")
 def test_what_is_imported_is_declared():
     declared = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]["dependencies"]
     names = [re.split(r"[<>=~ ;\[]", requirement)[0] for requirement in declared]

@@ -244,6 +244,35 @@ def test_a_finished_run_of_another_deck_is_not_reused(behave, case, run):
         run_case(case, run)
 
 
+@pytest.mark.parametrize("name", ["particles.data"])
+def test_a_finished_run_of_other_particles_is_not_reused(behave, case, run, name):
+    """After a change of the packing the same scene may have other particles."""
+    run_case(case, run)
+    path = run.path / name
+    path.write_text(path.read_text().replace("0.0016", "0.0017"))
+    with pytest.raises(RunFolderError):
+        run_case(case, run)
+
+
+def test_a_finished_run_without_its_deck_is_not_reused(behave, case, run):
+    run_case(case, run)
+    run.deck.unlink()
+    with pytest.raises(RunFolderError):
+        run_case(case, run)
+
+
+def test_a_fault_of_the_caller_does_not_block_the_folder(behave, case, run):
+    """As in a notebook: its own callback fails, and the process lives on."""
+
+    def fail(_: int) -> None:
+        raise RuntimeError("in a callback")
+
+    with pytest.raises(RuntimeError, match="callback"):
+        run_case(case, run, on_step=fail)
+    assert run.read_state()["state"] != "running"
+    assert not run_case(case, run).reused
+
+
 def alive(pid: int) -> bool:
     try:
         return "\nState:\tZ" not in Path(f"/proc/{pid}/status").read_text()
@@ -300,7 +329,8 @@ def driver(run: RunDirectory) -> subprocess.Popen:
     "number",
     [
         signal.SIGINT,
-        pytest.param(signal.SIGTERM),
+        signal.SIGTERM,
+        pytest.param(signal.SIGHUP),
     ],
 )
 def test_a_signal_to_the_driver_leaves_no_process_behind(behave, run, number):

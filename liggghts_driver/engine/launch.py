@@ -10,6 +10,7 @@ import subprocess
 import threading
 import time
 from dataclasses import dataclass
+from signal import SIGHUP, SIGTERM
 from typing import TYPE_CHECKING
 
 from liggghts_driver.engine.find import launch_environment
@@ -20,7 +21,7 @@ if TYPE_CHECKING:
     from types import FrameType
 
 #: A row of the log is step, spheres, seconds; nothing else the engine prints has this shape.
-_ROW = re.compile(rb"^\s*(\d+)\s+\d+\s+\d[-+0-9.e]*\s*$", re.MULTILINE)
+_ROW = re.compile(rb"^[ \t]*(\d+)[ \t]+\d+[ \t]+\d[-+0-9.e]*[ \t]*$", re.MULTILINE)
 _GRACE_S = 5.0
 _CHUNK_BYTES = 65536
 #: No row is longer; what is left of a chunk is looked at again with the next one.
@@ -71,7 +72,7 @@ def launch(
         start_new_session=True,
     )
     try:
-        with _sigterm_as_interrupt():
+        with _signals_as_interrupt():
             _copy(process, stdout, on_step)
             returncode = process.wait()
     except BaseException:
@@ -94,8 +95,8 @@ def _copy(process: subprocess.Popen[bytes], stdout: Path, on_step: Callable[[int
 
 
 @contextlib.contextmanager
-def _sigterm_as_interrupt() -> Iterator[None]:
-    """Take SIGTERM, with which batch systems end a job, for Ctrl-C, so that the engine ends too."""
+def _signals_as_interrupt() -> Iterator[None]:
+    """Take the end of a batch job or of a terminal for Ctrl-C, so that the engine ends too."""
 
     def interrupt(_number: int, _frame: FrameType | None) -> None:
         raise KeyboardInterrupt
@@ -103,11 +104,12 @@ def _sigterm_as_interrupt() -> Iterator[None]:
     if threading.current_thread() is not threading.main_thread():
         yield  # only the main thread may set handlers
         return
-    before = signal.signal(signal.SIGTERM, interrupt)
+    before = {number: signal.signal(number, interrupt) for number in (SIGTERM, SIGHUP)}
     try:
         yield
     finally:
-        signal.signal(signal.SIGTERM, before)
+        for number, handler in before.items():
+            signal.signal(number, handler)
 
 
 def end_group(process: subprocess.Popen[bytes]) -> None:

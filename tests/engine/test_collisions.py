@@ -219,9 +219,8 @@ def test_duration(collisions: dict[tuple[float, float], Outcome]) -> None:
                 )
             contact = meeting.contact(modulus, restitution)
             exact = contact.collide(meeting.speed, np.array([0.0])).duration
-            # A parting speed that is wrong by 0.35 step / duration at first order shifts the
-            # instant of parting by no more than that fraction of the duration over e.
-            allowed = 1e-6 if restitution == 1.0 else FIRST_ORDER * step / elastic / restitution
+            # The damped contact is too short by up to 0.35 of a step (at e = 0.3).
+            allowed = 1e-6 if restitution == 1.0 else 0.4 * step / elastic
             assert duration == pytest.approx(exact, rel=allowed), meeting
 
 

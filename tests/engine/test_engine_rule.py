@@ -1,0 +1,27 @@
+"""Where the engine is missing its tests are skipped, with the reason; on a CI machine they fail."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+ONE_TEST = f"{Path(__file__).parent / 'test_gravity.py'}::test_free_fall"
+
+
+@pytest.mark.parametrize(("ci", "outcome"), [(None, "1 skipped"), ("true", "1 error")])
+def test_without_the_engine(ci: str | None, outcome: str, tmp_path: Path) -> None:
+    known = {name: value for name, value in os.environ.items() if name != "CI"}
+    done = subprocess.run(
+        [sys.executable, "-m", "pytest", "-p", "no:cacheprovider", ONE_TEST],
+        env={**known, "PATH": str(tmp_path), **({"CI": ci} if ci else {})},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert outcome in done.stdout
+    assert "not on the PATH: liggghts, stdbuf" in done.stdout
+    assert done.returncode == (1 if ci else 0)
