@@ -104,7 +104,6 @@ def wheel(tmp_path_factory):
     return build_wheel(tmp_path_factory.mktemp("wheel"))
 
 
-@pytest.mark.xdist_group("wheel")
 def test_a_wheel_holds_code_templates_and_cases_and_nothing_else(wheel):
     names = zipfile.ZipFile(wheel).namelist()
     inside = {name for name in names if name.startswith("liggghts_driver/")}
@@ -120,7 +119,6 @@ def test_a_wheel_holds_code_templates_and_cases_and_nothing_else(wheel):
     assert not [name for name in names if "__pycache__" in name or name.startswith("tests")]
 
 
-@pytest.mark.xdist_group("wheel")
 def test_an_installed_wheel_works_from_another_folder(wheel, tmp_path):
     """Installed into a fresh environment, which borrows only what it depends on."""
     home = tmp_path / "fresh"

@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 Tables = dict[str, Any]
 
 #: The engine waits most of its first third of a second for MPI: runs side by side share the wait.
-_SIDE_BY_SIDE = 4
+_SIDE_BY_SIDE = 8
 
 
 @dataclass(frozen=True)
