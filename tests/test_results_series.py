@@ -130,6 +130,15 @@ class TestComplete:
         assert velocity.iloc[2] == 0.005
         assert table["piston_x_m"].tolist() == [-0.03, -0.0299, -0.0298]
 
+    def test_what_is_past_a_section_at_the_start_has_not_passed_it(self, raw):
+        inside = {"radius": 0.0005, "position": [0.005, 0.0, 0.0]}
+        case = case_of(INFILTRATION, {"spheres": [inside]})
+        volume = 4 / 3 * math.pi * 0.0005**3
+        raw["volume_past_entrance_m3"] += volume
+        table = complete_series(raw, case)
+        # Sums of volumes of 1e-8 m3 round in their last digits.
+        assert table["volume_entrance_m3"].tolist() == pytest.approx([0, 2e-8, 5e-8], abs=1e-22)
+
     def test_what_is_asked_is_not_changed(self, case, raw):
         before = raw.copy()
         complete_series(raw, case)

@@ -115,7 +115,7 @@ def test_a_tracer_shows_the_velocity_of_the_piston(simulator: Simulator, scheme:
     relaxation = 20.0 * step
     viscosity = MASS / (6.0 * math.pi * RADIUS * relaxation)
     tables = scene(steps, viscosity, {"scheme": scheme, "refresh": 4.0 * step})
-    tables["output"] = {"samples": 640, "frames": 640, "images": 0}
+    tables["output"] = {"samples": 320, "frames": 320, "images": 0}
     outcome = simulator.run(tables)
     times = outcome.series["time_s"].to_numpy()
     piston = outcome.series["piston_x_m"].to_numpy()

@@ -74,14 +74,14 @@ def deepest() -> float:
     return float((2.5 * MASS * SPEED**2 / 2.0 / STIFFNESS) ** 0.4)
 
 
-@pytest.mark.parametrize("restitution", [0.1, 0.5, 0.9])
-def test_energy_never_grows(simulator: Simulator, restitution: float) -> None:
-    outcome = simulator.run(gas(restitution, 40))
-    total = energy(outcome)
-    # Rounding. Frames lie three steps apart: no swing within a contact hides a growth.
-    assert np.diff(total).max() < 1e-12 * total[0]
-    assert total[-1] < 0.2 * total[0]
-    assert np.abs(outcome.positions_m).max() < HALF - RADIUS + deepest()
+def test_energy_never_grows(simulator: Simulator) -> None:
+    outcomes = simulator.run_all([gas(restitution, 40) for restitution in (0.1, 0.5, 0.9)])
+    for outcome in outcomes:
+        total = energy(outcome)
+        # Rounding. Several frames fall into each contact: a growth within it would be seen.
+        assert np.diff(total).max() < 1e-12 * total[0]
+        assert total[-1] < 0.2 * total[0]
+        assert np.abs(outcome.positions_m).max() < HALF - RADIUS + deepest()
 
 
 def test_elastic_energy_of_a_gas_is_kept(simulator: Simulator) -> None:
