@@ -84,7 +84,7 @@ def run_case(
     identity = scene_hash(case.scene)
     state = directory.read_state()
     if state["state"] == "complete":
-        _require_same_deck(case, directory, identity)
+        require_same_deck(case, directory, identity)
         return finished_run(case, directory, reused=True)
     _require_nobody_there(directory, state)
     engine = find_engine()
@@ -138,8 +138,14 @@ def write_deck(case: Case, deck: Deck, directory: RunDirectory) -> None:
         write_text(directory.path / name, text)
 
 
-def _require_same_deck(case: Case, directory: RunDirectory, identity: str) -> None:
-    """Refuse to pass off an older version's run as what this version would compute."""
+def require_same_deck(case: Case, directory: RunDirectory, identity: str) -> None:
+    """Refuse to pass off an older version's run as what this version would compute.
+
+    Raises
+    ------
+    RunFolderError
+        If a file that the engine read is not what this version would write.
+    """
     ranks = directory.read_state().get("ranks", 1)
     for name, text in build_deck(case, identity, ranks).files.items():
         path = directory.path / name

@@ -12,7 +12,7 @@ from liggghts_driver.case import Case, make_case
 from liggghts_driver.deck.build import build_deck
 from liggghts_driver.errors import RunFolderError
 from liggghts_driver.results.answer import Answer, analyse
-from liggghts_driver.run import finished_run, run_case, write_deck
+from liggghts_driver.run import finished_run, require_same_deck, run_case, write_deck
 from liggghts_driver.rundir import RunDirectory, scene_hash, write_text
 
 if TYPE_CHECKING:
@@ -99,7 +99,10 @@ def load(path: str | Path) -> Solution:
     state = directory.read_state()["state"]
     if state != "complete":
         raise RunFolderError(f"{path}: the run in it is {state}; run it again first")
-    return _conclude(finished_run(make_case(scene), directory, reused=True), {})
+    case = make_case(scene)
+    run = finished_run(case, directory, reused=True)
+    require_same_deck(case, directory, scene_hash(scene))
+    return _conclude(run, {})
 
 
 def write_only(scene: Scene, out: str | Path, ranks: int = 1) -> RunDirectory:

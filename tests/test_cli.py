@@ -480,6 +480,15 @@ class TestReport:
         assert ended.code in {1, 2}
         assert ended.document["message"]
 
+    def test_a_finished_run_of_other_particles(self, cli, collision, engine, tmp_path):
+        """Its frames belong to the spheres in its folder, not to those that would be placed now."""
+        cli("run", collision, "--out", "made")
+        data = tmp_path / "made" / "particles.data"
+        data.write_text(data.read_text().replace("0.003", "0.0029"))
+        ended = cli("report", "made", "--json")
+        assert ended.code == 2
+        assert ended.document["error"] == "RunFolderError"
+
 
 class TestDoctor:
     def test_nothing_installed(self, cli, no_engine):

@@ -31,7 +31,7 @@ SWITCHES = {
     ),
     "held": (
         {"fluid": FLUID, "drag.scheme": "held"},
-        {"coefficient", "v_drag_x", "map", "largest_re2"},
+        {"coefficient", "v_drag_x", "", "largest_re2"},
     ),
     "exact": ({"fluid": FLUID, "drag.scheme": "exact"}, {"v_drag_x", "largest_re2"}),
     "gravity": ({"gravity": GRAVITY}, {"vector"}),
@@ -191,3 +191,21 @@ def test_walls_and_piston_have_the_contact_model_of_the_spheres():
     walls = [" ".join(words) for words in lines if "wall/gran" in words]
     assert len(walls) == 6  # five walls and the piston
     assert all(f"wall/gran {model}" in wall for wall in walls)
+
+
+def test_a_long_thin_box_has_a_picture_too():
+    box = {"low": [-2.0, -0.0004, -0.0004], "high": [2.0, 0.0004, 0.0004]}
+    spheres = [{"radius": 0.0002, "position": [0.0, 0.0, 0.0]}]
+    case = case_of(COLLISION, {"box": box, "spheres": spheres, "output.images": 2})
+    assert " image " in deck_of(case).files["deck.in"]
+
+
+def test_comments_speak_of_this_deck():
+    """What is said of the implicit scheme stands in decks of that scheme only."""
+    deck = deck_of(case_of(INFILTRATION, {"drag.scheme": "exact"})).files["deck.in"]
+    assert "implicit" not in deck
+
+
+def test_comments_of_the_held_scheme_speak_of_it():
+    deck = deck_of(case_of(INFILTRATION, {"drag.scheme": "held"})).files["deck.in"]
+    assert "implicit" not in deck

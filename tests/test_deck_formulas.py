@@ -8,7 +8,7 @@ import math
 import numpy as np
 import pytest
 from decks import commands, deck_of, evaluate, variables
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from small_scenes import COLLISION, FLUID, INFILTRATION, case_of
 
@@ -28,6 +28,7 @@ def atom(**words: float) -> dict[str, float]:
 
 
 @given(st.sampled_from(BOUNDS), st.floats(-6, 8))
+@settings(deadline=None)
 def test_drag_factor_over_all_branches(bound, exponent):
     re = 10.0**exponent
     formula = drag_factor_formula(bound)
@@ -97,6 +98,7 @@ FLUIDS = {
 @pytest.mark.parametrize("inside", ["still", "pore"])
 @pytest.mark.parametrize("scheme", ["exact", "held"])
 @given(data=st.data())
+@settings(max_examples=40, deadline=None)
 def test_explicit_drag_is_eqs_17_to_19(fluid, inside, scheme, data):
     case, known = formulas_of(fluid, inside, scheme)
     x = data.draw(st.sampled_from([-0.02, -1e-9, 0.0, 1e-9, 0.01]))
@@ -186,6 +188,7 @@ def test_pressure_acts_inside_the_specimen_alone_and_everywhere_in_a_box(scheme)
 
 
 @given(st.floats(-0.03, 0.03), st.floats(-0.01, 0.01), st.floats(0.001, 0.002))
+@settings(deadline=None)
 def test_counting(x, vx, radius):
     case, known = formulas_of("still", "still", "exact")
     here = atom(x=x, vx=vx, r=radius)

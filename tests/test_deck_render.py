@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from liggghts_driver.deck import render as module
@@ -29,6 +29,7 @@ def templates(tmp_path_factory):
 
 
 @given(st.floats(allow_nan=False, allow_infinity=False))
+@settings(deadline=None)
 def test_numbers_keep_every_digit(value):
     assert float(render("value.j2", {"value": value})) == value
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
@@ -127,6 +127,7 @@ def test_the_papers_damping_ratio():
 
 
 @given(st.floats(0.0, 0.9))
+@settings(deadline=None)
 def test_damping_force_is_the_engines(damping_ratio):
     """Paper: 2 xi sqrt(m S); engine: 2 sqrt(5/6) |beta(e)| sqrt(m S). Equal for every xi."""
     log = math.log(restitution_from_damping_ratio(damping_ratio))
@@ -136,6 +137,7 @@ def test_damping_force_is_the_engines(damping_ratio):
 
 
 @given(st.floats(1e-6, 1.0))
+@settings(deadline=None)
 def test_restitution_and_damping_ratio_are_inverse(restitution):
     ratio = damping_ratio_from_restitution(restitution)
     assert restitution_from_damping_ratio(ratio) == pytest.approx(restitution, rel=1e-9)

@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.optimize import brentq
 
@@ -42,6 +42,7 @@ def printed_force(radius: float, speed: float, rho: float = RHO, mu: float = MU)
 
 
 @given(st.floats(1e-9, 1e8))
+@settings(deadline=None)
 def test_drag_factor_is_eq_18_over_stokes(re):
     assert float(drag_factor(re)) == pytest.approx(re * printed_coefficient(re) / 24, rel=1e-12)
 
@@ -66,6 +67,7 @@ def test_a_sphere_at_rest_has_stokes_drag():
 
 
 @given(st.floats(1e-5, 0.1), st.floats(1e-8, 100.0))
+@settings(deadline=None)
 def test_force_is_eq_17(radius, speed):
     coefficient = float(drag_coefficient_n_s_m(RHO, MU, radius, speed))
     assert coefficient * speed == pytest.approx(printed_force(radius, speed), rel=1e-12)
@@ -92,6 +94,7 @@ def test_free_flight_of_the_papers_particle(gradient, speed):
 
 
 @given(st.floats(1e-4, 0.02), st.floats(-12, 4))
+@settings(deadline=None)
 def test_free_flight_is_the_slowest_balance_of_eqs_17_to_20(radius, exponent):
     force = 10.0**exponent
     speed = free_flight_speed_m_s(RHO, MU, radius, force)

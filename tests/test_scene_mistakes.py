@@ -215,9 +215,7 @@ def test_what_is_no_table_is_refused(data):
         ),
         pytest.param(COLLISION, {"spheres": []}),
         pytest.param(
-            COLLISION,
-            {"spheres": [], "particles": {**MATERIAL, "count": 0, "radius_mean": 0.001}},
-            marks=pytest.mark.xfail(reason="scene/checks.py _population: count = 0 is nothing too"),
+            COLLISION, {"spheres": [], "particles": {**MATERIAL, "count": 0, "radius_mean": 0.001}}
         ),
         pytest.param(INFILTRATION, {"particles.count": 10**6}),
         pytest.param(INFILTRATION, {"particles.count": 0}),

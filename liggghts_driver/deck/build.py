@@ -65,6 +65,7 @@ def build_deck(case: Case, scene_hash: str, ranks: int = 1) -> Deck:
         **_output(case),
         "columns": _columns(case, active),
         "refresh": _refresh(case, active),
+        "implicit": case.scene.fluid is not None and case.scene.drag.scheme == "implicit",
         "effects": [decision for decision in decide_effects(case.scene) if decision.active],
         "rotation": any(effect.name == "rotation" for effect in active),
         "active": [_fragment(case, effect) for effect in active],
@@ -183,7 +184,7 @@ def _camera(case: Case) -> str:
     """A view along y, without perspective, in which the box just fills the picture."""
     x, y, z = (high - low for low, high in simulation_box(case))
     longer = max(x, z)
-    width, height = round(_PIXELS * x / longer), round(_PIXELS * z / longer)
+    width, height = (max(1, round(_PIXELS * side / longer)) for side in (x, z))
     # The engine scales the longest edge of the box to half of the picture's height.
     zoom = 2.0 * max(x, y, z) * width / (height * x)
     return f"size {width} {height} view 90 270 zoom {zoom!r} box no 0.0 shiny 0.1"

@@ -65,7 +65,8 @@ def _population(scene: Scene) -> Iterator[Mistake]:
         bound = f"particles.{wanted[0]} asks for particles of some size"
         yield Mistake("particles.radius_mean", None, bound, "give their mean radius in m")
     if scene.specimen is None:
-        if not wanted and not scene.spheres:
+        nothing = not particles.count and particles.volume_fraction is None
+        if nothing and not scene.spheres:
             fix = "give particles.count, particles.volume_fraction or [[spheres]]"
             yield Mistake("spheres", None, "the scene has nothing in it", fix)
         if len(wanted) == 2:

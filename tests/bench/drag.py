@@ -113,13 +113,13 @@ def by_hand(case: Case) -> str:
     return f"""
 # Eq. 19, Eq. 18, Eq. 17 and Eq. 20, as they stand in the paper
 variable ux atom "vx-{fluid}*(x<0)"
-variable speed atom "sqrt(v_ux*v_ux+vy*vy+vz*vz)+1e-30"
-variable Re atom "2*{rho}*r*v_speed/{mu}"
+variable slip atom "sqrt(v_ux*v_ux+vy*vy+vz*vz)+0.000000000001"
+variable Re atom "2*{rho}*r*v_slip/{mu}"
 variable Cd atom "(v_Re<=1)*24/v_Re+(v_Re>1)*(v_Re<=400)*24*v_Re^(-0.646)\
 +(v_Re>400)*(v_Re<=3e5)*0.5+(v_Re>3e5)*(v_Re<=2e6)*0.000366*v_Re^0.4275+(v_Re>2e6)*0.18"
 variable area atom "{math.pi!r}*r*r"
-variable fx atom "-0.5*{rho}*v_Cd*v_area*v_speed*v_ux+2*r*{gradient}*v_area*(x>0)"
-variable fy atom "-0.5*{rho}*v_Cd*v_area*v_speed*vy"
-variable fz atom "-0.5*{rho}*v_Cd*v_area*v_speed*vz"
+variable fx atom "-0.5*{rho}*v_Cd*v_area*v_slip*v_ux+2*r*{gradient}*v_area*(x>0)"
+variable fy atom "-0.5*{rho}*v_Cd*v_area*v_slip*vy"
+variable fz atom "-0.5*{rho}*v_Cd*v_area*v_slip*vz"
 fix byhand particles addforce v_fx v_fy v_fz
 """

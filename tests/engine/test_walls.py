@@ -107,7 +107,7 @@ def test_elastic_energy_within_a_bounce(simulator: Simulator) -> None:
     swings = [np.abs(total / total[0] - 1.0).max() for total in totals]
     # 0.1: the largest swing falls between two steps.
     assert order(resolutions, swings)[0] == pytest.approx(-2.0, abs=0.1)
-    # What is left afterwards is of order 5/2 (see test_collisions), 0.8 of it for the speed.
+    # What is left afterwards is of order 5/2 (see test_collision_order), 0.8 of it for the speed.
     for number, total in zip(resolutions, totals, strict=True):
         assert abs(total[-1] / total[0] - 1.0) < 2.0 * float(number) ** -2.5
 
@@ -124,6 +124,6 @@ def test_a_lone_sphere_between_two_walls(simulator: Simulator) -> None:
     flights = [free[0], *free[1:][np.diff(np.sign(free)) != 0]]
     assert len(flights) > 4
     expected = -SPEED * (-restitution) ** np.arange(len(flights))
-    # First order in the step: 0.35 / 200 for each bounce at the most (see test_collisions).
+    # First order in the step: 0.35 / 200 for each bounce at most (see encounters).
     assert flights == pytest.approx(expected, rel=0.35 / 200 * len(flights))
     assert np.all(outcome.velocities_m_s[:, 0, :2] == 0.0)
