@@ -31,7 +31,7 @@ SWITCHES = {
     ),
     "held": (
         {"fluid": FLUID, "drag.scheme": "held"},
-        {"coefficient", "v_drag_x", "", "largest_re2"},
+        {"coefficient", "v_drag_x", "largest_re2"},
     ),
     "exact": ({"fluid": FLUID, "drag.scheme": "exact"}, {"v_drag_x", "largest_re2"}),
     "gravity": ({"gravity": GRAVITY}, {"vector"}),
