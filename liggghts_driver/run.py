@@ -116,7 +116,7 @@ def run_case(
         directory.write_state(state="failed", **outcome, faults=faults)
         raise RunError(failure_message(directory, faults))
     directory.write_state(state="complete", **outcome)
-    return finished_run(case, directory, reused=False)
+    return finished_run(case, directory, reused=False, thermo=thermo)
 
 
 def _engine_parts(thermo: Thermo) -> dict[str, float]:
@@ -199,8 +199,10 @@ def _launch(
         raise
 
 
-def finished_run(case: Case, directory: RunDirectory, *, reused: bool) -> FinishedRun:
-    """What is known of a run that is complete on disk.
+def finished_run(
+    case: Case, directory: RunDirectory, *, reused: bool, thermo: Thermo | None = None
+) -> FinishedRun:
+    """What is known of a run that is complete on disk; its log is read where it was not yet.
 
     Raises
     ------
@@ -217,7 +219,7 @@ def finished_run(case: Case, directory: RunDirectory, *, reused: bool) -> Finish
     return FinishedRun(
         case=replace(case, time=replace(case.time, **state["time"])),
         directory=directory,
-        thermo=read_thermo(directory.log),
+        thermo=thermo or read_thermo(directory.log),
         ranks=state["ranks"],
         wall_s=state["wall_s"],
         command=tuple(state["command"]),

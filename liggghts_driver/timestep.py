@@ -64,7 +64,7 @@ class TimePlan:
 
 
 def speed_bound_m_s(scene: Scene, layout: Layout, population: Population) -> float:
-    """A relative speed that no contact of this scene exceeds [m/s].
+    """A relative speed that contacts of this scene are not expected to exceed [m/s].
 
     The sum of what each cause could give alone: the piston over its longest free way, the fluid,
     the free flight under the pressure gradient, gravity over the height, and the initial speeds;

@@ -68,7 +68,8 @@ def _dense_run(scene_file: Path, given: Path | None) -> RunDirectory:
 def _heading(repeats: int) -> str:
     return (
         "# Measured costs\n\n"
-        f"Command: `make bench`. Machine: {description()}.\n"
+        f"Command: `python -m tests.bench --repeats {repeats}` (`make bench` takes five). "
+        f"Machine: {description()}.\n"
         f"Each figure is the median of {repeats} repetitions, all variants in turn within one run, "
         "with the smallest and the largest beside it; ratios are taken repetition by repetition. "
         "The engine's start-up is measured and subtracted.\n"
