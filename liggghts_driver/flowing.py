@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-import math
 from typing import TYPE_CHECKING
 
-from liggghts_driver.physics.drag import free_flight_speed_m_s
+from liggghts_driver.physics.drag import free_flight_speed_m_s, pressure_force_n
 
 if TYPE_CHECKING:
     from liggghts_driver.scene.model import Scene
@@ -25,6 +24,6 @@ def flowing_threshold_m_s(scene: Scene) -> float:
     fluid, pressure, radius = scene.fluid, scene.pressure, scene.particles.radius_mean
     if fluid is None or pressure is None or radius is None:
         return 0.0
-    force = 2.0 * math.pi * radius**3 * pressure.gradient
+    force = pressure_force_n(radius, pressure.gradient)
     free = free_flight_speed_m_s(fluid.density, fluid.viscosity, radius, force)
     return SHARE_OF_FREE_FLIGHT * free

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, ClassVar
 
 from liggghts_driver.effects import drag_law
 from liggghts_driver.effects.base import Column, Effect, Refresh, Slot
+from liggghts_driver.physics.drag import pressure_force_n
 
 if TYPE_CHECKING:
     from liggghts_driver.case import Case
@@ -88,7 +89,7 @@ class _ImplicitPlan:
             specimen=case.scene.specimen is not None,
             moving=_midway(case),
             inside=drag_law.inside_velocity_m_s(case),
-            pressure_per_r3=2.0 * math.pi * pressure.gradient if pressure else 0.0,
+            pressure_per_r3=pressure_force_n(1.0, pressure.gradient) if pressure else 0.0,
         )
 
     def values(self) -> dict[str, object]:

@@ -6,6 +6,7 @@ import math
 from typing import TYPE_CHECKING, ClassVar
 
 from liggghts_driver.effects.base import Effect, Slot
+from liggghts_driver.physics.drag import pressure_force_n
 
 if TYPE_CHECKING:
     from liggghts_driver.case import Case
@@ -38,7 +39,7 @@ class PressureForce(Effect):
         """Force per cubed radius [N/m3]."""
         assert case.scene.pressure is not None
         return {
-            "force_per_r3": 2.0 * math.pi * case.scene.pressure.gradient,
+            "force_per_r3": pressure_force_n(1.0, case.scene.pressure.gradient),
             "inside_only": case.scene.specimen is not None,
         }
 

@@ -65,6 +65,11 @@ def drag_coefficient_n_s_m(
     return np.asarray(stokes * drag_factor(re))
 
 
+def pressure_force_n(radius_m: float, gradient_pa_m: float) -> float:
+    """Force of a pressure gradient on a sphere along the flow, Eq. 20: 2 pi r^3 |grad p| [N]."""
+    return float(2.0 * np.pi * radius_m**3 * gradient_pa_m)
+
+
 def free_flight_speed_m_s(
     fluid_density_kg_m3: float, viscosity_pa_s: float, radius_m: float, driving_force_n: float
 ) -> float:

@@ -9,7 +9,7 @@ import numpy as np
 
 from liggghts_driver.effects.contacts import restitution
 from liggghts_driver.errors import ParseError
-from liggghts_driver.physics.drag import free_flight_speed_m_s
+from liggghts_driver.physics.drag import free_flight_speed_m_s, pressure_force_n
 from liggghts_driver.physics.spheres import sphere_volume_m3
 from liggghts_driver.results.positions import iter_instants
 
@@ -56,7 +56,7 @@ def _lone_sphere(scene: Scene, last: Instant) -> list[dict[str, Any]]:
     if fluid is None or pressure is None or not still or len(scene.spheres) != 1:
         return []
     radius = scene.spheres[0].radius
-    force = 2.0 * math.pi * radius**3 * pressure.gradient
+    force = pressure_force_n(radius, pressure.gradient)
     exact = free_flight_speed_m_s(fluid.density, fluid.viscosity, radius, force)
     speed = float(last.velocities_m_s[0, 0])
     return [_check("free_flight_velocity_m_s", speed, math.copysign(exact, pressure.gradient))]
