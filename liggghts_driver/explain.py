@@ -43,6 +43,7 @@ def explain_case(case: Case) -> dict[str, Any]:
             }
             for decision in decide_effects(case.scene)
         ],
+        "drag": _drag(case),
         "time_step_s": time.step_s,
         "time_step_bounds": [vars(bound) for bound in time.bounds],
         "size": {
@@ -57,4 +58,18 @@ def explain_case(case: Case) -> dict[str, Any]:
             "disk_mb": frames * frame_bytes / 1e6,
             "speed_bound_m_s": case.speed_bound_m_s,
         },
+    }
+
+
+def _drag(case: Case) -> dict[str, Any] | None:
+    """How the drag is integrated, and for which error; None without drag."""
+    time = case.time
+    if not time.drag_scheme:
+        return None
+    kept = time.keeps_drag
+    return {
+        "scheme": time.drag_scheme,
+        "refresh_every_steps": time.refresh_every if kept else 1,
+        "refresh_interval_s": time.refresh_every * time.step_s if kept else time.step_s,
+        "velocity_tolerance": case.scene.drag.tolerance if kept else None,
     }

@@ -8,13 +8,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from liggghts_driver.drag_plan import LONGEST_KEPT, DragPlan, plan_drag
 from liggghts_driver.errors import SceneError
 from liggghts_driver.physics.contact import Body, contact_duration_s
-from liggghts_driver.physics.drag import (
-    drag_coefficient_n_s_m,
-    free_flight_speed_m_s,
-    reynolds,
-)
+from liggghts_driver.physics.drag import free_flight_speed_m_s
 from liggghts_driver.physics.spheres import sphere_volume_m3
 from liggghts_driver.prediction import pore_velocity_m_s
 
@@ -46,7 +43,8 @@ class TimePlan:
 
     The series is sampled every ``sample_every`` steps; drag coefficients that are kept are renewed
     every ``refresh_every``, which divides it, as it divides all other intervals and ``steps``.
-    ``bounds`` are sorted, the one that counts first.
+    ``drag_scheme`` is that of the drag, empty without one; ``drag_resolved`` says that particles
+    relax slowly beside the refreshes. ``bounds`` are sorted, the one that counts first.
     """
 
     step_s: float
@@ -55,7 +53,14 @@ class TimePlan:
     refresh_every: int
     frame_every: int
     image_every: int
+    drag_scheme: str
+    drag_resolved: bool
     bounds: tuple[Bound, ...]
+
+    @property
+    def keeps_drag(self) -> bool:
+        """Whether drag is computed now and then and kept in between."""
+        return self.drag_scheme in ("held", "implicit")
 
     @property
     def bound_s(self) -> float:
@@ -133,17 +138,14 @@ def _initial_speed(population: Population) -> float:
     return float(speeds[-2:].sum()) / 2.0
 
 
-def step_bounds(scene: Scene, layout: Layout, population: Population) -> tuple[Bound, ...]:
-    """Every bound on the time step of a scene, the smallest first."""
+def _free_bounds(scene: Scene, layout: Layout, population: Population) -> list[Bound]:
+    """Every bound on the time step but that of the drag."""
     speed = speed_bound_m_s(scene, layout, population)
-    bounds = [*contact_bounds(scene, layout, population, speed)]
-    explicit = scene.fluid is not None and scene.drag.scheme != "implicit"
-    if explicit and population.particles:
-        bounds.append(_drag_bound(scene, population, speed))
-    bounds.append(
-        Bound("duration", scene.time.duration / scene.output.samples, "one step per sample")
-    )
-    return tuple(sorted(bounds, key=lambda bound: bound.step_s))
+    longest = scene.time.duration / scene.output.samples
+    return [
+        *contact_bounds(scene, layout, population, speed),
+        Bound("duration", longest, "one step per sample"),
+    ]
 
 
 def contact_bounds(
@@ -195,21 +197,10 @@ def wall_stiffness(scene: Scene) -> tuple[float, float]:
     )
 
 
-def _drag_bound(scene: Scene, population: Population, speed_m_s: float) -> Bound:
-    relaxation = drag_relaxation_s(scene, population, speed_m_s)
+def _drag_bound(drag: DragPlan) -> Bound:
+    relaxation = drag.relaxation_s
     reason = f"K dt/m below {LARGEST_DRAG_NUMBER}: a particle relaxes in {relaxation:.3g} s"
     return Bound("drag", LARGEST_DRAG_NUMBER * relaxation, reason)
-
-
-def drag_relaxation_s(scene: Scene, population: Population, speed_m_s: float) -> float:
-    """Shortest m / K of the particles when they slip through the fluid with a speed [s]."""
-    assert scene.fluid is not None
-    radii = population.particle_radii_m
-    coefficient = drag_coefficient_n_s_m(
-        scene.fluid.density, scene.fluid.viscosity, radii, speed_m_s
-    )
-    masses = scene.particles.density * 4.0 / 3.0 * np.pi * radii**3
-    return float((masses / coefficient).min())
 
 
 def plan_time(scene: Scene, layout: Layout, population: Population) -> TimePlan:
@@ -223,19 +214,20 @@ def plan_time(scene: Scene, layout: Layout, population: Population) -> TimePlan:
     SceneError
         If ``time.step`` is above a bound, naming the bound, its value and the way out.
     """
-    bounds = step_bounds(scene, layout, population)
-    limit = bounds[0]
-    wanted = scene.time.step
-    if wanted is not None and wanted > limit.step_s * (1 + 1e-9):
-        raise SceneError(
-            f"time.step = {wanted:g} s: must be at most {limit.step_s:.4g} s, set by "
-            f"{limit.name} ({limit.reason}); shorten or remove time.step, or raise "
-            "time.step_fraction if a contact sets it"
-        )
+    bounds = _free_bounds(scene, layout, population)
+    free = min(bound.step_s for bound in bounds)
+    # The bound on the speed is for two particles that meet head-on; the fluid is not one of them.
+    slip = speed_bound_m_s(scene, layout, population) / 2.0
+    drag = plan_drag(scene, population, slip, scene.time.step or free)
+    if drag is not None and drag.scheme != "implicit" and population.particles:
+        bounds.append(_drag_bound(drag))
+    bounds.sort(key=lambda bound: bound.step_s)
+    _check_step(scene, bounds[0])
     interval = scene.time.duration / scene.output.samples
-    longest = _refresh_interval_s(scene, layout, population)
+    longest = interval if drag is None else drag.interval_s
+    wanted = scene.time.step
     if wanted is None:
-        refreshes, refresh_every = _split(interval, longest, limit.step_s)
+        refreshes, refresh_every = _split(interval, longest, bounds[0].step_s)
         step = interval / (refreshes * refresh_every)
     else:
         step = wanted
@@ -255,8 +247,25 @@ def plan_time(scene: Scene, layout: Layout, population: Population) -> TimePlan:
         refresh_every=refresh_every,
         frame_every=_every(steps, scene.output.frames, sample_every),
         image_every=_every(steps, max(scene.output.images - 1, 1), sample_every),
-        bounds=bounds,
+        drag_scheme="" if drag is None else drag.scheme,
+        drag_resolved=drag is None or _resolved(drag, step * refresh_every),
+        bounds=tuple(bounds),
     )
+
+
+def _resolved(drag: DragPlan, kept_s: float) -> bool:
+    # The interval is whole steps: what was within the bound may pass it by rounding.
+    return drag.scheme != "implicit" or kept_s <= LONGEST_KEPT * drag.relaxation_s
+
+
+def _check_step(scene: Scene, limit: Bound) -> None:
+    wanted = scene.time.step
+    if wanted is not None and wanted > limit.step_s * (1 + 1e-9):
+        raise SceneError(
+            f"time.step = {wanted:g} s: must be at most {limit.step_s:.4g} s, set by "
+            f"{limit.name} ({limit.reason}); shorten or remove time.step, or raise "
+            "time.step_fraction if a contact sets it"
+        )
 
 
 def _split(interval_s: float, longest_s: float, step_bound_s: float) -> tuple[int, int]:
@@ -270,28 +279,6 @@ def _whole(interval_s: float, longest_s: float, step_s: float) -> tuple[int, int
     steps = max(1, round(interval_s / step_s))
     refreshes = math.ceil(steps / max(1, math.floor(longest_s / step_s * (1 + 1e-12))))
     return refreshes, max(1, round(steps / refreshes))
-
-
-def _refresh_interval_s(scene: Scene, layout: Layout, population: Population) -> float:
-    """Time for which a drag coefficient may be kept: ``drag.refresh``, or what the physics allows.
-
-    K follows the slip velocity as Re^0.354 and lags by half the interval tau on average. While a
-    particle relaxes in the time m / K, this changes its speed by about (0.354 / 2) tau K / m, so
-    tau = 2 x tolerance / 0.354 x m / K holds the tolerance. Below Re = 1 the coefficient is
-    constant, and only the series' interval bounds tau.
-    """
-    interval = scene.time.duration / scene.output.samples
-    if scene.fluid is None or not population.particles:
-        return interval
-    if scene.drag.refresh is not None:
-        return min(interval, scene.drag.refresh)
-    # The bound is for two particles that meet head-on; the fluid is not one of them.
-    speed = speed_bound_m_s(scene, layout, population) / 2.0
-    radius = float(population.particle_radii_m.max())
-    if reynolds(scene.fluid.density, scene.fluid.viscosity, radius, speed) <= 1.0:
-        return interval
-    relaxation = drag_relaxation_s(scene, population, speed)
-    return min(interval, 2.0 * scene.drag.tolerance / 0.354 * relaxation)
 
 
 def _every(steps: int, wanted: int, sample_every: int) -> int:

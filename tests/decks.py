@@ -72,6 +72,8 @@ def _all_defined(deck: str) -> set[tuple[str, str]]:
 def _defined_by(words: list[str]) -> set[tuple[str, str]]:
     kinds = {"variable": "v", "compute": "c", "fix": "f", "region": "region", "group": "group"}
     found = {(kinds[words[0]], words[1])} if words[0] in kinds else set()
+    if "couple/cfd/force" in words:
+        found |= {("f", "dragforce")}
     if "couple/cfd/force/implicit" in words:
         found |= {("f", name) for name in ("Ksl", "uf", "dragforce")}
     return found
@@ -80,6 +82,9 @@ def _defined_by(words: list[str]) -> set[tuple[str, str]]:
 def _uses(words: list[str]) -> Iterator[Use]:
     for kind, name in _REFERENCE.findall(" ".join(words[1:])):
         yield Use(kind, name, tuple(words))
+    if words[0] in {"set", "run"}:  # "run" has commands in quotes
+        for name in re.findall(r"property/atom (\w+)", " ".join(words)):
+            yield Use("f", name, tuple(words))
     if words[0] in {"fix", "compute", "dump"}:
         yield Use("group", words[2], tuple(words))
     for kind in ("region", "group"):

@@ -6,7 +6,7 @@ import itertools
 from collections import Counter
 
 import pytest
-from decks import commands, deck_of, ids, undefined_names
+from decks import commands, deck_of, ids, undefined_names, variables
 from small_scenes import COLLISION, FLUID, GRAIN, INFILTRATION, case_of
 
 GRAVITY = {"acceleration": [0.0, 0.0, -9.81]}
@@ -27,30 +27,34 @@ SWITCHES = {
     "pressure": ({"pressure": {"gradient": 10.0}}, {"pressure"}),
     "implicit": (
         {"fluid": FLUID, "drag.scheme": "implicit"},
-        {"couple/cfd", "couple/cfd/force/implicit", "map", "Ksl", "largest_re2"},
+        {"couple/cfd", "couple/cfd/force/implicit", "map", "Ksl", "largest_re2", "store/state"}
+        | {"slip", "vector"},
     ),
     "held": (
         {"fluid": FLUID, "drag.scheme": "held"},
-        {"coefficient", "v_drag_x", "largest_re2"},
+        {"couple/cfd", "couple/cfd/force", "map", "dragforce", "coefficient", "largest_re2"}
+        | {"slip", "v_kept_x", "store/state", "vector"},
     ),
-    "exact": ({"fluid": FLUID, "drag.scheme": "exact"}, {"v_drag_x", "largest_re2"}),
+    "addforce": (
+        {"fluid": FLUID, "drag.carrier": "addforce"},
+        {"addforce", "v_drag_x", "dragforce", "coefficient", "largest_re2"}
+        | {"slip", "v_kept_x", "store/state", "vector"},
+    ),
+    "exact": ({"fluid": FLUID, "drag.scheme": "exact"}, {"addforce", "v_drag_x", "largest_re2"}),
     "gravity": ({"gravity": GRAVITY}, {"vector"}),
     "soft": ({"particles.youngs_modulus": 1.0e6}, {"soft_particles"}),
     "hard": ({"walls": {"youngs_modulus": 2.0e11}}, {"hard_particles"}),
     "paraview": ({"output.paraview": True}, {"custom/vtk"}),
     "images": ({"output.images": 3}, {"image"}),
 }
+SCHEMES = {"implicit", "held", "addforce", "exact"}
+KEPT = SCHEMES - {"exact"}
 #: Words that only some combination brings.
 TOGETHER = {
-    "buoyancy": {frozenset({"gravity", drag}) for drag in ("implicit", "held", "exact")},
+    "buoyancy": {frozenset({"gravity", drag}) for drag in SCHEMES},
     "epsd2": set(),
-    "store/state": {frozenset({"implicit", "pressure"})},
-    "addforce": {
-        frozenset(pair)
-        for pair in [{"held"}, {"exact"}, {"pressure", "exact"}, {"pressure", "held"}, {"pressure"}]
-    },
+    "dragforce": {frozenset({"pressure", "implicit"})},
 }
-SCHEMES = {"implicit", "held", "exact"}
 PAIRS = [
     pair
     for pair in itertools.combinations(SWITCHES, 2)
@@ -73,8 +77,8 @@ def expected(switches) -> set[str]:
     for word, combinations in TOGETHER.items():
         if any(combination <= together for combination in combinations):
             words.add(word)
-    if together >= {"implicit", "pressure"} and not SCHEMES & (together - {"implicit"}):
-        words.discard("addforce")  # the implicit drag carries the pressure
+    if "pressure" in together and not KEPT & together:
+        words.add("addforce")  # else the pressure is part of what the drag keeps
     return words
 
 
@@ -110,7 +114,7 @@ OUTSIDE = ["piston", "accelerating", "constant", "still"]
 @pytest.mark.parametrize("pressure", [{"pressure.gradient": 10.0}, {"pressure.gradient": -3.0}])
 def test_a_whole_deck_for_every_fluid(scheme, outside, inside, pressure):
     changes = {
-        "drag.scheme": scheme,
+        **({"drag.carrier": scheme} if scheme == "addforce" else {"drag.scheme": scheme}),
         "fluid.velocity_outside": outside,
         "fluid.velocity_inside": inside,
         "fluid.velocity": 0.01,
@@ -122,8 +126,12 @@ def test_a_whole_deck_for_every_fluid(scheme, outside, inside, pressure):
     words = words_of(deck.files["deck.in"])
     # The piston's velocity is followed only where the fluid moves with it.
     assert ("ave/time" in words) == (outside == "piston")
-    # Coefficients are renewed between intervals by the implicit scheme alone.
+    # K itself is kept by the implicit scheme alone, forces by the held one, with either carrier.
     assert ("Ksl" in words) == (scheme == "implicit")
+    assert ("v_kept_x" in words) == (scheme in {"held", "addforce"})
+    # The coupling, and what it asks for, stand there together.
+    coupled = scheme in {"implicit", "held"}
+    assert ("couple/cfd" in words) == ("map" in words) == coupled
 
 
 def test_the_sentinel_is_the_last_command_and_stands_there_once():
@@ -198,6 +206,122 @@ def test_a_long_thin_box_has_a_picture_too():
     spheres = [{"radius": 0.0002, "position": [0.0, 0.0, 0.0]}]
     case = case_of(COLLISION, {"box": box, "spheres": spheres, "output.images": 2})
     assert " image " in deck_of(case).files["deck.in"]
+
+
+@pytest.mark.parametrize("carrier", ["coupling", "addforce"])
+def test_a_held_force_has_one_carrier(carrier):
+    """What adds the property ``dragforce`` to the forces: it exists once, and is added once."""
+    case = case_of(INFILTRATION, {"drag.scheme": "held", "drag.carrier": carrier})
+    deck = deck_of(case).files["deck.in"]
+    fixes = [words for words in commands(deck) if words[0] == "fix"]
+    styles = Counter(words[3] for words in fixes)
+    properties = Counter(words[4] for words in fixes if words[3] == "property/atom")
+    if carrier == "coupling":
+        assert styles["couple/cfd"] == styles["couple/cfd/force"] == 1
+        assert styles["addforce"] == properties["dragforce"] == 0
+    else:
+        assert "couple" not in deck
+        assert "coupl" not in deck.split("# ---- 5.")[1]
+        assert properties["dragforce"] == 1
+        (added,) = [words[4:] for words in fixes if words[3] == "addforce"]
+        known = variables(deck)
+        assert [known[word.removeprefix("v_")] for word in added] == [
+            "f_dragforce[1]", "f_dragforce[2]", "f_dragforce[3]",
+        ]  # fmt: skip
+    forces = [command for command in renewed(deck) if "dragforce" in command]
+    assert forces == ["set group particles property/atom dragforce v_kept_x v_kept_y v_kept_z"]
+
+
+def renewed(deck: str) -> list[str]:
+    """The commands that the run gives again after every interval."""
+    (run,) = [words for words in commands(deck) if words[0] == "run" and "pre" in words]
+    return [word.strip('"') for word in run if word.startswith('"')]
+
+
+def first(deck: str) -> list[str]:
+    """The commands before the run."""
+    return [" ".join(words) for words in commands(deck) if words[0] == "set"]
+
+
+@pytest.mark.parametrize("scheme", ["held", "implicit"])
+def test_what_is_kept_is_renewed_in_the_order_in_which_it_depends(scheme):
+    deck = deck_of(case_of(INFILTRATION, {"drag.scheme": scheme})).files["deck.in"]
+    last = {
+        "held": [
+            "coefficient v_kept_drag", "dragforce v_kept_x v_kept_y v_kept_z",
+        ],
+        "implicit": ["Ksl v_kept_drag"],
+    }[scheme]  # fmt: skip
+    expected = [
+        # The slip needs the last velocity, which only then becomes the present one.
+        "slip v_slip_x v_slip_y v_slip_z", "earlier v_now_x v_now_y v_now_z",
+        "slip_re2 v_slip_re2", *last,
+    ]  # fmt: skip
+    again = renewed(deck)
+    common = [c.removeprefix("set group particles property/atom ") for c in again if "group" in c]
+    assert common == expected
+    # The fluid where a particle is now, and the pressure there, before its slip.
+    assert all("region" in command for command in again[: -len(expected)])
+    assert len(again) == len(expected) + (4 if scheme == "implicit" else 0)
+    # Before the run the same, after a last velocity that is the present one.
+    assert first(deck) == [
+        "set group particles property/atom earlier v_now_x v_now_y v_now_z", *again
+    ]  # fmt: skip
+
+
+def test_where_k_is_constant_the_implicit_scheme_renews_nothing():
+    thick = {**FLUID, "viscosity": 1.0}
+    changes = {"fluid": thick, "drag.scheme": "implicit", "pressure.gradient": 1.0}
+    deck = deck_of(case_of(COLLISION, changes)).files["deck.in"]
+    runs = [words for words in commands(deck) if words[0] == "run"]
+    assert [len(words) for words in runs] == [2, 2]
+    assert first(deck) == [
+        "set group particles property/atom dragforce v_pressure_x v_zero v_zero",
+        "set group particles property/atom Ksl v_kept_drag",
+    ]
+    assert not {"slip", "earlier", "slip_re2"} & set(ids(deck, "fix"))
+
+
+def test_where_k_is_constant_a_held_force_is_renewed_and_its_coefficient_is_not():
+    thick = {**FLUID, "viscosity": 1.0}
+    changes = {"fluid": thick, "drag.scheme": "held"}
+    deck = deck_of(case_of(COLLISION, changes)).files["deck.in"]
+    coefficient = "set group particles property/atom coefficient v_kept_drag"
+    assert coefficient in first(deck)
+    assert first(deck).index(coefficient) < len(first(deck)) - 1
+    assert coefficient not in renewed(deck)
+    assert "dragforce" in renewed(deck)[-1]
+
+
+def test_in_a_specimen_stokes_drag_is_renewed_in_what_depends_on_the_place():
+    changes = {"fluid.viscosity": 10.0, "drag.scheme": "implicit"}
+    again = renewed(deck_of(case_of(INFILTRATION, changes)).files["deck.in"])
+    assert Counter(command.split()[4] for command in again) == {"uf": 2, "dragforce": 2}
+    assert all("region" in command for command in again)
+
+
+@pytest.mark.parametrize(("refresh", "extrapolated"), [(0.02, True), (1.0, False)])
+def test_what_is_not_resolved_is_not_extrapolated(refresh, extrapolated):
+    """The particles of this scene relax in 0.7 s: refreshed every second they have no trend."""
+    changes = {
+        "drag.scheme": "implicit", "drag.refresh": refresh, "time.duration": 10.0,
+        "output.samples": 10,
+    }  # fmt: skip
+    case = case_of(INFILTRATION, changes)
+    deck = deck_of(case).files["deck.in"]
+    known = variables(deck)
+    assert case.time.drag_resolved == extrapolated
+    assert ("earlier" in ids(deck, "fix")) == ("now_x" in known) == extrapolated
+    assert any("earlier" in command for command in first(deck) + renewed(deck)) == extrapolated
+    assert_whole(deck)
+    if not extrapolated:
+        slips = [known[f"slip_{axis}"] for axis in "xyz"]
+        assert slips == ["f_uf[1]-vx", "-vy", "-vz"]
+
+
+def test_without_particles_and_coupling_there_is_no_coupling():
+    changes = {"spheres": [GRAIN], "grains": GRAINS, "fluid": FLUID, "drag.carrier": "addforce"}
+    assert "couple/cfd" not in words_of(deck_of(case_of(COLLISION, changes)).files["deck.in"])
 
 
 def test_comments_speak_of_this_deck():

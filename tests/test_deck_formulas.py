@@ -31,7 +31,7 @@ def atom(**words: float) -> dict[str, float]:
 @settings(deadline=None)
 def test_drag_factor_over_all_branches(bound, exponent):
     re = 10.0**exponent
-    formula = drag_factor_formula(bound)
+    formula = drag_factor_formula(bound, "v_re2")
     value = evaluate(formula, {}, {"v_re2": re**2})
     # Up to the bound the formula is the law; beyond it, the law's last branch goes on.
     if re <= bound:
@@ -45,7 +45,7 @@ def test_drag_factor_over_all_branches(bound, exponent):
     ("bound", "re"), [(bound, re) for bound in BOUNDS for re in BOUNDS[:-1] if re < bound], ids=str
 )
 def test_drag_factor_at_the_bounds_themselves(bound, re):
-    formula = drag_factor_formula(bound)
+    formula = drag_factor_formula(bound, "v_re2")
     for near in (re * (1 - 1e-9), re, re * (1 + 1e-9)):
         value = evaluate(formula, {}, {"v_re2": near**2})
         assert value == pytest.approx(float(drag_factor(near)), rel=1e-12)
@@ -55,12 +55,12 @@ def test_drag_factor_at_the_bounds_themselves(bound, re):
     ("bound", "branches"), list(zip(BOUNDS, range(1, 6), strict=True)), ids=str
 )
 def test_branches_out_of_reach_are_left_out(bound, branches):
-    terms = drag_factor_formula(bound).split("+(v")
+    terms = drag_factor_formula(bound, "v_re2").split("+(v")
     assert len(terms) == branches
 
 
 def test_stokes_drag_is_no_formula_at_all():
-    assert drag_factor_formula(1.0) == "1.0"
+    assert drag_factor_formula(1.0, "v_re2") == "1.0"
 
 
 def test_the_law_of_a_deck_reaches_as_far_as_its_particles_may():
@@ -91,7 +91,24 @@ FLUIDS = {
         {"fluid.velocity_outside": "accelerating", "fluid.acceleration": 0.5},
         lambda x, t: 0.5 * t if x < 0 else 0.0,
     ),
+    "piston": (
+        {"fluid.velocity_outside": "piston"},
+        lambda x, t: 0.02 + 0.003 * t if x < 0 else 0.0,
+    ),
 }
+
+
+def clock(time: float) -> dict[str, float]:
+    """What a deck knows of the time, and of a piston that nothing has touched for long."""
+    piston = {"v_piston_velocity": 0.02 + 0.003 * time, "v_piston_acceleration": 0.003}
+    return {"v_time": time, **piston}
+
+
+def slip_at(re: float, radius: float, angle: float, height: float) -> np.ndarray:
+    """A velocity of some Reynolds number, in any direction."""
+    speed = re * MU / (2 * RHO * radius)
+    across = math.sqrt(1 - height**2)
+    return speed * np.array([height, across * math.cos(angle), across * math.sin(angle)])
 
 
 @pytest.mark.parametrize("fluid", FLUIDS)
@@ -99,33 +116,100 @@ FLUIDS = {
 @pytest.mark.parametrize("scheme", ["exact", "held"])
 @given(data=st.data())
 @settings(max_examples=40, deadline=None)
-def test_explicit_drag_is_eqs_17_to_19(fluid, inside, scheme, data):
+def test_drag_at_present_is_eqs_17_to_19(fluid, inside, scheme, data):
+    """The force of the exact scheme, and the Reynolds number that any scheme tells of."""
     case, known = formulas_of(fluid, inside, scheme)
     x = data.draw(st.sampled_from([-0.02, -1e-9, 0.0, 1e-9, 0.01]))
     time = data.draw(st.floats(0, 50))
     radius = data.draw(st.floats(0.0012, 0.0018))
     # Any slip up to the Reynolds number at which the deck's law ends, in any direction.
     re = data.draw(st.floats(1e-3, 1.0)) * 0.999 * reynolds_bound(case)
-    angle, height = data.draw(st.floats(0, 6.3)), data.draw(st.floats(-1, 1))
+    slip = slip_at(re, radius, data.draw(st.floats(0, 6.3)), data.draw(st.floats(-1, 1)))
     speed = re * MU / (2 * RHO * radius)
-    across = math.sqrt(1 - height**2)
-    slip = speed * np.array([height, across * math.cos(angle), across * math.sin(angle)])
     pore = predict(case.scene).pore_velocity_m_s if inside == "pore" else 0.0
     flow = FLUIDS[fluid][1](x, time) if x < 0 else pore
-    here = atom(x=x, vx=slip[0] + flow, vy=slip[1], vz=slip[2], r=radius) | {"v_time": time}
+    here = atom(x=x, vx=slip[0] + flow, vy=slip[1], vz=slip[2], r=radius) | clock(time)
+    assert evaluate(known["re2"], known, here) == pytest.approx(re**2, rel=1e-6)
+    if scheme == "held":
+        return
     coefficient = float(drag_coefficient_n_s_m(RHO, MU, radius, speed))
-    held = {"f_coefficient": coefficient} if scheme == "held" else {}
-    force = [evaluate(known[f"drag_{axis}"], known, here | held) for axis in "xyz"]
+    force = [evaluate(known[f"drag_{axis}"], known, here) for axis in "xyz"]
     # Rounding of v - v_f: both are below 60 m/s, and the slip above 2e-7 m/s.
     assert force == pytest.approx(-coefficient * slip, rel=1e-6, abs=1e-6 * coefficient * speed)
     assert evaluate(known["drag"], known, here) == pytest.approx(coefficient, rel=1e-6)
-    assert evaluate(known["re2"], known, here) == pytest.approx(re**2, rel=1e-6)
+
+
+def refreshed(known: dict[str, str], here: dict[str, float], last: np.ndarray) -> dict[str, float]:
+    """What a deck has set of one atom after a refresh, in the order of its commands."""
+    held = here | {f"f_earlier[{n}]": value for n, value in enumerate(last, start=1)}
+    for name in ("stokes", "re2_per_slip2", "pressure"):
+        held[f"f_{name}"] = evaluate(known[name], known, here)
+    slip = [evaluate(known[f"slip_{axis}"], known, held) for axis in "xyz"]
+    held |= {f"f_slip[{n}]": value for n, value in enumerate(slip, start=1)}
+    held["f_slip_re2"] = evaluate(known["slip_re2"], known, held)
+    held["f_coefficient"] = evaluate(known["kept_drag"], known, held)
+    return held
+
+
+@pytest.mark.parametrize("refresh", [None, 1e-3, 1e-9], ids=["own", "short", "every step"])
+@pytest.mark.parametrize("fluid", FLUIDS)
+@pytest.mark.parametrize("inside", ["still", "pore"])
+@given(data=st.data())
+@settings(max_examples=40, deadline=None)
+def test_a_held_force_is_eqs_17_to_20_at_the_middle_of_its_interval(fluid, inside, refresh, data):
+    case, known = formulas_of(fluid, inside, "held", refresh)
+    step, every = case.time.step_s, case.time.refresh_every
+    # The engine kicks with half of the old force and half of the new: half a step late.
+    ahead = (every / 2 + 1 / 2) * step
+    place = data.draw(st.sampled_from([-0.02, -1e-9, 0.0, 1e-9, 0.01]))
+    time, radius = data.draw(st.floats(0, 50)), data.draw(st.floats(0.0012, 0.0018))
+    re = data.draw(st.floats(1e-3, 1.0)) * 0.999 * reynolds_bound(case)
+    slip = -slip_at(re, radius, data.draw(st.floats(0, 6.3)), data.draw(st.floats(-1, 1)))
+    pore = predict(case.scene).pore_velocity_m_s if inside == "pore" else 0.0
+    flow = FLUIDS[fluid][1](place, time + ahead) if place < 0 else pore
+    # The particle comes to that place and slip by what it has now and had at the last refresh.
+    vx = 0.0 if place == 0.0 else data.draw(st.floats(-0.1, 0.1))
+    velocity = np.array([vx, data.draw(st.floats(-0.1, 0.1)), data.draw(st.floats(-0.1, 0.1))])
+    then = np.array([flow, 0.0, 0.0]) - slip
+    last = velocity - (then - velocity) * every * step / ahead
+    here = atom(x=place - ahead * vx, r=radius) | clock(time)
+    here |= dict(zip(("vx", "vy", "vz"), velocity.tolist(), strict=True))
+    held = refreshed(known, here, last)
+    speed = float(np.linalg.norm(slip))
+    coefficient = float(drag_coefficient_n_s_m(RHO, MU, radius, speed))
+    pressure = 2 * math.pi * radius**3 * 10.0 if place >= 0 else 0.0
+    expected = coefficient * slip + np.array([pressure, 0.0, 0.0])
+    force = [evaluate(known[f"kept_{axis}"], known, held) for axis in "xyz"]
+    # Rounding of v_f - v: velocities are below 60 m/s, and the slip above 2e-7 m/s.
+    assert force == pytest.approx(expected, rel=1e-6, abs=1e-6 * coefficient * speed)
+    assert held["f_slip_re2"] == pytest.approx(re**2, rel=1e-6)
+    assert held["f_coefficient"] == pytest.approx(coefficient, rel=1e-6)
+
+
+@pytest.mark.parametrize("scheme", ["held", "implicit"])
+@pytest.mark.parametrize("refresh", [None, 1e-3, 1e-9], ids=["own", "short", "every step"])
+def test_velocities_are_weighed_for_half_a_step_after_half_the_interval(scheme, refresh):
+    case, known = formulas_of("still", "still", scheme, refresh)
+    every = case.time.refresh_every
+    assert (every == 1) == (refresh == 1e-9)
+    assert every < 40 or refresh is None
+    ahead = (every + 1) / (2 * every)
+    for number, axis in enumerate("xyz", start=1):
+        last = {f"f_earlier[{n}]": 0.0 for n in (1, 2, 3)}
+        now = evaluate(known[f"slip_{axis}"], known, atom(**{f"v{axis}": 1.0}) | last)
+        assert now == pytest.approx(-(1 + ahead), rel=1e-12)
+        before = atom() | last | {f"f_earlier[{number}]": 1.0}
+        assert evaluate(known[f"slip_{axis}"], known, before) == pytest.approx(ahead, rel=1e-12)
+        # Before the first refresh both are the same: the slip is the present one.
+        same = atom(**{f"v{axis}": 1.0}) | last | {f"f_earlier[{number}]": 1.0}
+        assert evaluate(known[f"slip_{axis}"], known, same) == pytest.approx(-1.0, rel=1e-12)
 
 
 @functools.cache
-def formulas_of(fluid, inside, scheme):
+def formulas_of(fluid, inside, scheme, refresh=None):
     """The case of a combination and the formulas of its deck, made once."""
     changes = {**FLUIDS[fluid][0], "fluid.velocity_inside": inside, "drag.scheme": scheme}
+    changes |= {} if refresh is None else {"drag.refresh": refresh}
     case = case_of(INFILTRATION, changes)
     return case, variables(deck_of(case).files["deck.in"])
 
@@ -142,19 +226,23 @@ def test_implicit_drag_is_set_from_the_same_law(fluid, inside):
     case, known = formulas_of(fluid, inside, "implicit")
     deck = deck_of(case).files["deck.in"]
     pore = predict(case.scene).pore_velocity_m_s if inside == "pore" else 0.0
-    # K from the slip to the velocity that the property uf holds.
-    here = atom(vx=0.02, vy=0.01) | {"f_uf[1]": 0.005}
-    slip = 0.02 - (0.005 if "f_uf[1]" in known["re2"] else 0.0)
-    expected = float(drag_coefficient_n_s_m(RHO, MU, 0.0015, math.hypot(slip, 0.01)))
-    assert evaluate(known["drag"], known, here) == pytest.approx(expected, rel=1e-12)
-    assert ["set", "group", "particles", "property/atom", "Ksl", "v_drag"] in settings_of(deck)
-    # uf is that of the middle of the coming interval, which is as long as the refresh.
     moving = any(outside_velocity(-1, t) for t in (0, 1))
-    assert ("f_uf[1]" in known["re2"]) == (moving or pore != 0)
+    # K from the slip to the velocity that the property uf holds, at the middle of the interval.
+    ahead = (case.time.refresh_every + 1) / 2 * case.time.step_s
+    now, last = np.array([0.02, 0.01, 0.0]), np.array([0.018, 0.011, 0.001])
+    then = now + (now - last) / (case.time.refresh_every * case.time.step_s) * ahead
+    held = refreshed(known, atom(vx=0.02, vy=0.01) | {"f_uf[1]": 0.005}, last)
+    flow = 0.005 if moving or pore else 0.0
+    slip = np.array([flow, 0.0, 0.0]) - then
+    expected = float(drag_coefficient_n_s_m(RHO, MU, 0.0015, float(np.linalg.norm(slip))))
+    assert held["f_coefficient"] == pytest.approx(expected, rel=1e-12)
+    assert [held[f"f_slip[{n}]"] for n in (1, 2, 3)] == pytest.approx(slip, rel=1e-12)
+    assert ["set", "group", "particles", "property/atom", "Ksl", "v_kept_drag"] in settings_of(deck)
+    assert ("f_uf[1]" in known["re2"]) == ("f_uf[1]" in known["slip_x"]) == (moving or pore != 0)
+    # uf is that of the middle of the coming interval.
     if moving:
-        half = case.time.refresh_every * case.time.step_s / 2
-        value = evaluate(known["fluid_velocity"], known, {"v_time": 3.0})
-        assert value == pytest.approx(outside_velocity(-1, 3.0 + half), rel=1e-12)
+        value = evaluate(known["fluid_velocity"], known, clock(3.0))
+        assert value == pytest.approx(outside_velocity(-1, 3.0 + ahead), rel=1e-12)
     velocities = {tuple(w[1:3]): w[5:] for w in settings_of(deck) if w[4] == "uf"}
     if moving or pore:
         assert [float(v) for v in velocities["region", "inside"]] == [pore, 0.0, 0.0]
@@ -174,13 +262,26 @@ def test_pressure_force_is_eq_20():
 
 @pytest.mark.parametrize("scheme", ["implicit", "held", "exact"])
 def test_pressure_acts_inside_the_specimen_alone_and_everywhere_in_a_box(scheme):
-    inside = deck_of(formulas_of("still", "still", scheme)[0]).files["deck.in"]
+    case, _ = formulas_of("still", "still", scheme)
+    inside = deck_of(case).files["deck.in"]
     box = deck_of(
         case_of(COLLISION, {"fluid": FLUID, "pressure.gradient": 10.0, "drag.scheme": scheme})
     ).files["deck.in"]
-    limits = [w[3:] for w in commands(inside) if w[0] == "region" and w[1] != "outside"]
-    assert limits == [["0.0", *["INF"] * 5, "units", "box"]]
     assert not [words for words in commands(box) if words[0] == "region"]
+    limits = [w[3:] for w in commands(inside) if w[0] == "region" and w[1] != "outside"]
+    if scheme == "held":
+        # Where a particle is at the middle of the interval, is part of the formula.
+        assert not limits
+        moving = atom(vx=0.01) | {f"f_slip[{n}]": 0.0 for n in (1, 2, 3)} | {"f_coefficient": 1.0}
+        ahead = 0.01 * (case.time.refresh_every + 1) / 2 * case.time.step_s
+        for x, pressed in [(-1.001 * ahead, 0.0), (-0.999 * ahead, 3.0), (1.0, 3.0)]:
+            there = moving | {"x": x, "f_pressure": 3.0}
+            known = variables(inside)
+            assert [evaluate(known[f"kept_{a}"], known, there) for a in "xyz"] == [pressed, 0, 0]
+        known = variables(box)
+        assert evaluate(known["kept_x"], known, moving | {"x": -1.0, "f_pressure": 3.0}) == 3.0
+        return
+    assert limits == [["0.0", *["INF"] * 5, "units", "box"]]
     if scheme == "implicit":
         set_there = {tuple(w[1:3]): w[5:] for w in settings_of(inside) if w[4] == "dragforce"}
         assert set_there["region", "outside"] == ["0.0", "0.0", "0.0"]
@@ -238,10 +339,15 @@ def test_flowing_threshold():
     assert flowing_threshold_m_s(case_of(COLLISION).scene) == 0.0
 
 
-@pytest.mark.parametrize("scheme", ["implicit", "exact"])
+@pytest.mark.parametrize("scheme", ["implicit", "exact", "held"])
 def test_pressure_goes_on_behind_an_open_exit(scheme):
     """So that what leaves moves on and does not dam the exit (docs/how-it-works.md)."""
     case = case_of(INFILTRATION, {"specimen.exit": "open", "drag.scheme": scheme})
-    lines = commands(deck_of(case).files["deck.in"])
+    deck = deck_of(case).files["deck.in"]
+    lines = commands(deck)
+    if scheme == "held":
+        behind = atom(x=0.5, vx=0.1) | {"f_slip[1]": 0.0, "f_coefficient": 1.0, "f_pressure": 3.0}
+        assert evaluate(variables(deck)["kept_x"], {}, behind) == 3.0
+        return
     (region,) = [w for w in lines if w[0] == "region" and w[1] in {"inside", "specimen"}]
     assert region[3:5] == ["0.0", "INF"]

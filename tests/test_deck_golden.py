@@ -35,7 +35,11 @@ DECKS = {
     ),
     "gravity_buoyancy_held": (
         COLLISION,
-        {"gravity": GRAVITY, "fluid": FLUID, "drag.scheme": "held", "drag.refresh": 1e-3},
+        {
+            "gravity": GRAVITY,
+            "fluid": FLUID,
+            "drag": {"scheme": "held", "refresh": 1e-3, "carrier": "addforce"},
+        },
         1,
     ),
     "grains_images_paraview": (
@@ -72,8 +76,24 @@ DECKS = {
             "fluid.velocity_outside": "constant",
             "fluid.velocity": 0.01,
             "fluid.velocity_inside": "pore",
+            "drag.scheme": "implicit",
             "piston": GONE,
         },
+        1,
+    ),
+    # Particles that relax within an interval; and a drag that is Stokes' all along.
+    "piston_implicit_unresolved": (
+        INFILTRATION,
+        {
+            "drag": {"scheme": "implicit", "refresh": 1.0},
+            "time.duration": 10.0,
+            "output.samples": 10,
+        },
+        1,
+    ),
+    "stokes_implicit": (
+        COLLISION,
+        {"fluid": {**FLUID, "viscosity": 1.0}, "drag.scheme": "implicit", "pressure.gradient": 1.0},
         1,
     ),
 }  # fmt: skip

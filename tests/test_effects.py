@@ -7,6 +7,7 @@ from small_scenes import COLLISION, FLUID, GONE, GRAIN, INFILTRATION, case_of, s
 
 from liggghts_driver.effects import EFFECTS, active_effects, decide_effects
 from liggghts_driver.effects.contacts import pairwise, restitution
+from liggghts_driver.effects.drag import uses_coupling
 from liggghts_driver.effects.piston import piston_stl, speed_limit_m_s
 from liggghts_driver.errors import SceneError
 from liggghts_driver.resources import templates_dir
@@ -52,9 +53,10 @@ def test_a_switch_brings_its_effect_and_no_other(effect):
 
 def test_every_effect_has_its_switch_and_its_template():
     assert {effect.name for effect in EFFECTS} == {"contacts", *SWITCHES}
-    scene = scene_of(INFILTRATION)
-    for effect in EFFECTS:
-        assert (templates_dir() / effect.fragment(scene)).is_file()
+    for scheme in ("exact", "held", "implicit"):
+        case = case_of(INFILTRATION, {"drag.scheme": scheme})
+        for effect in EFFECTS:
+            assert (templates_dir() / effect.fragment(case)).is_file()
 
 
 def test_the_papers_problem():
@@ -109,13 +111,53 @@ def test_one_value_for_every_pair_of_materials():
 
 
 @pytest.mark.parametrize(
-    ("changes", "gradient_carried"),
-    [({}, True), ({"drag.scheme": "held"}, False), ({"fluid": GONE, "piston.mass": 1.0}, False)],
+    ("changes", "carried"),
+    [
+        ({"drag.scheme": "held"}, True),
+        ({"drag.scheme": "implicit"}, True),
+        ({"drag.carrier": "addforce"}, True),
+        ({"drag.scheme": "exact"}, False),
+        ({"fluid": GONE, "piston.mass": 1.0}, False),
+    ],
+    ids=str,
 )
-def test_the_implicit_drag_carries_the_pressure(changes, gradient_carried):
-    scene = scene_of(INFILTRATION, changes)
+def test_a_drag_that_is_kept_carries_the_pressure(changes, carried):
+    case = case_of(INFILTRATION, changes)
     (pressure,) = (effect for effect in EFFECTS if effect.name == "pressure")
-    assert ("carried" in pressure.fragment(scene)) == gradient_carried
+    assert ("carried" in pressure.fragment(case)) == carried
+
+
+@pytest.mark.parametrize(
+    ("changes", "scheme"),
+    [
+        ({"drag.scheme": "exact"}, "exact"),
+        ({"drag.scheme": "held"}, "held"),
+        ({"drag.scheme": "implicit"}, "implicit"),
+        ({}, "held"),
+        ({"fluid.viscosity": 10.0}, "implicit"),
+    ],
+    ids=str,
+)
+def test_the_fragment_of_a_drag_is_that_of_its_plan(changes, scheme):
+    case = case_of(INFILTRATION, changes)
+    (drag,) = (effect for effect in EFFECTS if effect.name == "drag")
+    assert drag.fragment(case) == f"effects/drag_{scheme}.j2"
+    assert (drag.refresh(case) is None) == (scheme == "exact")
+
+
+@pytest.mark.parametrize(
+    ("changes", "coupled"),
+    [
+        ({"drag.scheme": "held"}, True),
+        ({"drag.scheme": "implicit"}, True),
+        ({"drag.scheme": "exact"}, False),
+        ({"drag.carrier": "addforce"}, False),
+        ({"fluid": GONE, "piston.mass": 1.0}, False),
+    ],
+    ids=str,
+)
+def test_what_is_kept_asks_for_the_coupling(changes, coupled):
+    assert uses_coupling(case_of(INFILTRATION, changes)) == coupled
 
 
 class TestPiston:

@@ -146,10 +146,10 @@ class TestDoctor:
         text = f'case "$*" in *probe*) exit 1;; *) echo "{BANNER}";; esac'
         program(tmp_path, "liggghts", text)
         monkeypatch.setenv("PATH", f"{tmp_path}:{os.environ['PATH']}")
-        (coupling,) = [finding for finding in examine() if finding.name == "implicit drag"]
+        (coupling,) = [finding for finding in examine() if finding.name == "coupling for drag"]
         assert not coupling.found
         assert not coupling.needed
-        assert "drag.scheme=held" in coupling.detail
+        assert "drag.carrier=addforce" in coupling.detail
 
 
 class TestLaunch:

@@ -119,7 +119,8 @@ class TestScene:
         run.write_scene(scene_of(INFILTRATION))
         data = json.loads(run.scene.read_text())
         assert data["contact"]["friction"] == 0.0
-        assert data["drag"]["scheme"] == "implicit"
+        assert data["drag"]["scheme"] == "auto"
+        assert data["drag"]["carrier"] == "coupling"
         assert "box" not in data  # what is absent stays absent
 
     def test_none(self, run):

@@ -51,7 +51,12 @@ ALONE = [
     (COLLISION, {"seed": -1}, "seed", "-1", "0", "random"),
     (COLLISION, {"title": 7}, "title", "7", "string", "line"),
     (COLLISION, {"box.walls": ["y"]}, r"box.walls\[0\]", "'y'", "'x-', 'x\\+'", ""),
-    (INFILTRATION, {"drag.scheme": "fast"}, "drag.scheme", "'fast'", "'implicit', 'held'", "law"),
+    (INFILTRATION, {"drag.scheme": "fast"}, "drag.scheme", "'fast'",
+     "'auto', 'exact', 'held' or 'implicit'", "auto: held"),
+    (INFILTRATION, {"drag.carrier": "air"}, "drag.carrier", "'air'", "'coupling' or 'addforce'",
+     "fix addforce"),
+    (INFILTRATION, {"drag.tolerance": 1.0}, "drag.tolerance", "1.0", "less than 1", "error"),
+    (INFILTRATION, {"drag.refresh": 0.0}, "drag.refresh", "0.0", "greater than 0", r"\[s\]"),
     (INFILTRATION, {"specimen.phi": 1.01}, "specimen.phi", "1.01", "1", "Eq. 11"),
     (INFILTRATION, {"specimen.solid_fraction": 1.0}, "specimen.solid_fraction", "1.0", "1", "v_1"),
     (INFILTRATION, {"piston.acceleration": 0}, "piston.acceleration", "0", "0", "m/s2"),
@@ -81,6 +86,8 @@ ALONE = [
      None, "no piston", "m/s2"),
     (COLLISION, {"fluid": {**FLUID, "velocity_inside": "pore"}}, "fluid.velocity_inside", "'pore'",
      "no specimen", "still"),
+    (INFILTRATION, {"drag": {"scheme": "implicit", "carrier": "addforce"}}, "drag.carrier",
+     "'addforce'", "coupling's own", "coupling, or drag.scheme = held"),
     (COLLISION, {"piston.acceleration": 1.0}, "piston.mass", None, "no suspension", "kg"),
     (INFILTRATION, {"box": COLLISION["box"]}, "box", "'given'", "already", "remove"),
     (INFILTRATION, {"grains": GONE}, "grains", None, "fixed grains", r"\[grains\]"),
@@ -225,6 +232,12 @@ def test_what_is_no_table_is_refused(data):
 )
 def test_scenes_that_cannot_be_run_are_refused(tables, changes):
     mistakes(tables, changes)
+
+
+@pytest.mark.parametrize("scheme", ["auto", "exact", "held"])
+def test_the_implicit_scheme_alone_needs_the_coupling(scheme):
+    drag = {"scheme": scheme, "carrier": "addforce"}
+    assert scene_of(INFILTRATION, {"drag": drag}).drag.carrier == "addforce"
 
 
 def test_a_bad_number_in_a_vector_is_told_its_unit():

@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import assume, given, settings
+from hypothesis import assume, given, reject, settings
 from hypothesis import strategies as st
 from small_scenes import COLLISION, FLUID, GONE, GRAIN, INFILTRATION, MATERIAL, case_of, shipped
 
@@ -15,7 +15,7 @@ from liggghts_driver.errors import SceneError
 from liggghts_driver.physics.contact import Body, contact_duration_s
 from liggghts_driver.physics.drag import drag_coefficient_n_s_m, free_flight_speed_m_s
 from liggghts_driver.scene import make_scene
-from liggghts_driver.timestep import contact_bounds, frame_steps
+from liggghts_driver.timestep import TimePlan, contact_bounds, frame_steps
 
 GRAINS = {"youngs_modulus": 1.0e6, "poissons_ratio": 0.25}
 SETTLING = shipped("settling_sphere")
@@ -105,7 +105,9 @@ def test_explicit_drag_bounds_the_step(scheme):
         assert not drag
         return
     mass = 7000.0 * 4 / 3 * math.pi * 0.0015**3
-    coefficient = float(drag_coefficient_n_s_m(2000.0, 1e-3, 0.0015, case.speed_bound_m_s))
+    # The speed bound is for two particles that meet head-on; the fluid is not one of them.
+    slip = case.speed_bound_m_s / 2
+    coefficient = float(drag_coefficient_n_s_m(2000.0, 1e-3, 0.0015, slip))
     # K dt / m below 0.1.
     assert drag[0].step_s == pytest.approx(0.1 * mass / coefficient, rel=1e-12)
 
@@ -198,10 +200,25 @@ PLANS = st.fixed_dictionaries(
         "output.samples": st.integers(10, 2000),
         "output.frames": st.integers(1, 300),
         "output.images": st.integers(0, 10),
-        "drag.scheme": st.sampled_from(["implicit", "held", "exact"]),
+        "drag.scheme": st.sampled_from(["auto", "implicit", "held", "exact"]),
     },
     optional={"drag.refresh": st.floats(1e-5, 10.0), "drag.tolerance": st.floats(1e-4, 0.1)},
 )
+
+
+def time_of(changes) -> TimePlan:
+    """The plan of a scene; none, where held forces would be kept for too long, and only there."""
+    try:
+        return case_of(SETTLING, changes).time
+    except SceneError as refusal:
+        text = str(refusal)
+        assert changes["drag.scheme"] == "held"
+        assert text.startswith("drag.refresh = ")
+        longest = float(text.split("must be at most ")[1].split()[0])
+        samples = changes["time.duration"] / changes["output.samples"]
+        # The message rounds to four digits.
+        assert min(samples, changes.get("drag.refresh", math.inf)) > 0.999 * longest
+        reject()
 
 
 def is_a_plan(time):
@@ -213,12 +230,17 @@ def is_a_plan(time):
         assert interval % time.sample_every == 0
     assert time.frame_every <= time.steps
     assert min(time.refresh_every, time.frame_every, time.image_every) >= 1
+    if time.drag_scheme == "held":
+        # A held force is followed over its interval, and kept for no longer than is stable.
+        (drag,) = [bound for bound in time.bounds if bound.name == "drag"]
+        assert time.refresh_every * time.step_s <= 2.5 * drag.step_s * (1 + 1e-9)
+        assert time.drag_resolved
 
 
 @given(PLANS)
 @settings(deadline=None)
 def test_a_chosen_step_gives_a_plan_that_ends_in_time(changes):
-    time = case_of(SETTLING, changes).time
+    time = time_of(changes)
     is_a_plan(time)
     # The chosen step divides the duration: only the rounding of the division is left.
     assert time.steps * time.step_s == pytest.approx(changes["time.duration"], rel=1e-12)
@@ -232,7 +254,7 @@ def test_a_chosen_step_gives_a_plan_that_ends_in_time(changes):
 @given(PLANS, st.floats(1e-3, 1.0))
 @settings(deadline=None)
 def test_a_given_step_is_kept(changes, part):
-    chosen = case_of(SETTLING, changes).time
+    chosen = time_of(changes)
     step = part * chosen.bound_s
     assume(chosen.steps / part < 1e12)
     time = case_of(SETTLING, {**changes, "time.step": step}).time
@@ -245,7 +267,7 @@ def test_a_given_step_is_kept(changes, part):
 @given(PLANS)
 @settings(deadline=None)
 def test_the_last_frame_is_that_of_the_last_step(changes):
-    time = case_of(SETTLING, changes).time
+    time = time_of(changes)
     steps = frame_steps(time)
     assert steps[-1] == time.steps
     assert len(set(steps)) == len(steps)
@@ -256,21 +278,56 @@ def test_a_run_as_long_as_the_engine_cannot_count_is_refused():
         case_of(COLLISION, {"time.duration": 1e9})
 
 
-def test_coefficients_are_kept_no_longer_than_the_tolerance_allows():
-    """Half the interval times 0.354 K/m is the relative error of a speed that relaxes with K/m."""
+@pytest.mark.parametrize("scheme", ["held", "implicit"])
+def test_what_is_kept_is_kept_as_long_as_the_tolerance_allows(scheme):
+    changes = {"drag.scheme": scheme, "time.duration": 100.0, "output.samples": 10}
     times = [
-        case_of(INFILTRATION, {"drag.tolerance": t, "time.duration": 20.0}).time
-        for t in (0.001, 0.002)
+        case_of(SETTLING, {**changes, "time.step": GONE, "drag.tolerance": t}).time
+        for t in (0.0004, 0.0016)
     ]
     intervals = [time.refresh_every * time.step_s for time in times]
-    assert intervals[1] == pytest.approx(2 * intervals[0], rel=0.2)  # whole steps
-    assert all(time.refresh_every > 1 for time in times)
+    slip = free_flight_speed_m_s(2000.0, 1e-3, 0.0015, 2 * math.pi * 0.0015**3 * 10.0)
+    mass = 7000.0 * 4 / 3 * math.pi * 0.0015**3
+    relaxation = mass / float(drag_coefficient_n_s_m(2000.0, 1e-3, 0.0015, slip))
+    for interval, tolerance in zip(intervals, (0.0004, 0.0016), strict=True):
+        longest = math.sqrt(2 * tolerance) / 1.354 * relaxation
+        # Refreshes divide the interval of the samples, of which there are at least 80 here.
+        assert longest * (1 - 1 / 80) <= interval <= longest * (1 + 1e-12)
 
 
-def test_stokes_drag_needs_no_refreshing():
-    """Below Re = 1 the coefficient is constant: it is renewed with the samples only."""
-    time = case_of(SETTLING, {"fluid.viscosity": 1.0}).time
-    assert time.refresh_every == time.sample_every
+@pytest.mark.parametrize(("scheme", "kept"), [("implicit", True), ("held", False)])
+def test_stokes_drag_needs_no_refreshing(scheme, kept):
+    """Below Re = 1 K is constant, renewed with the samples only; a force is not."""
+    time = case_of(
+        SETTLING, {"fluid.viscosity": 1.0, "drag.scheme": scheme, "time.step": GONE}
+    ).time
+    assert (time.refresh_every == time.sample_every) == kept
+
+
+def test_what_particles_relax_within_is_not_resolved():
+    """Beyond a quarter of m / K; only the implicit scheme may keep anything for so long."""
+    changes = {"drag.scheme": "implicit", "time.duration": 100.0, "output.samples": 10}
+    relaxation = bound(case_of(SETTLING, {"drag.scheme": "exact"}), "drag").step_s / 0.1
+    for refresh, resolved in [(0.2, True), (0.249, True), (0.28, False), (1.0, False)]:
+        time = case_of(SETTLING, {**changes, "drag.refresh": refresh * relaxation}).time
+        # Whole steps: the interval is a little shorter than asked for.
+        assert 0.9 * refresh * relaxation < time.refresh_every * time.step_s
+        assert time.drag_resolved == resolved
+
+
+@pytest.mark.parametrize(
+    ("changes", "scheme", "keeps"),
+    [
+        ({"drag.scheme": "exact"}, "exact", False),
+        ({"drag.scheme": "held"}, "held", True),
+        ({"drag.scheme": "implicit"}, "implicit", True),
+        ({"fluid": GONE}, "", False),
+    ],
+)
+def test_the_plan_names_its_scheme(changes, scheme, keeps):
+    time = case_of(SETTLING, {**changes, "time.step": GONE}).time
+    assert time.drag_scheme == scheme
+    assert time.keeps_drag == keeps
 
 
 def test_without_particles_nothing_but_the_samples_bounds_the_step():

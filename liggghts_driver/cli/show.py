@@ -127,6 +127,8 @@ def explanation(facts: Mapping[str, Any], *, as_json: bool) -> None:
         state = "in" if effect["active"] else "out"
         table.add_row(effect["title"], state, Text(effect["why"]))
     console.print(table)
+    if facts["drag"] is not None:
+        console.print(_drag(facts["drag"]), markup=False, highlight=False)
     bounds = Table("bound on the step", "s", "why")
     for bound in facts["time_step_bounds"]:
         bounds.add_row(bound["name"], f"{bound['step_s']:.3g}", bound["reason"])
@@ -134,6 +136,16 @@ def explanation(facts: Mapping[str, Any], *, as_json: bool) -> None:
     for name, value in facts["size"].items():
         text = f"{value:.4g}" if isinstance(value, float) else str(value)
         console.print(f"{name:28} {text}", markup=False)
+
+
+def _drag(facts: Mapping[str, Any]) -> str:
+    text = f"drag: {facts['scheme']} scheme"
+    if facts["velocity_tolerance"] is None:
+        return f"{text}, computed at every step"
+    every, interval = facts["refresh_every_steps"], facts["refresh_interval_s"]
+    error = 100.0 * facts["velocity_tolerance"]
+    pace = f"every {every} steps ({interval:.3g} s)"
+    return f"{text}, computed {pace}, to {error:.2g} % of a velocity"
 
 
 def doctor(findings: Sequence[Finding], *, as_json: bool) -> None:

@@ -11,6 +11,7 @@ from liggghts_driver.deck.particles import particle_data, simulation_box
 from liggghts_driver.deck.render import render
 from liggghts_driver.effects import active_effects, decide_effects
 from liggghts_driver.effects.base import Column
+from liggghts_driver.effects.drag import uses_coupling
 from liggghts_driver.effects.piston import piston_stl
 from liggghts_driver.flowing import flowing_threshold_m_s
 
@@ -65,7 +66,7 @@ def build_deck(case: Case, scene_hash: str, ranks: int = 1) -> Deck:
         **_output(case),
         "columns": _columns(case, active),
         "refresh": _refresh(case, active),
-        "implicit": case.scene.fluid is not None and case.scene.drag.scheme == "implicit",
+        "coupling": uses_coupling(case),
         "effects": [decision for decision in decide_effects(case.scene) if decision.active],
         "rotation": any(effect.name == "rotation" for effect in active),
         "active": [_fragment(case, effect) for effect in active],
@@ -201,6 +202,6 @@ def _image_colours(case: Case) -> str:
 def _fragment(case: Case, effect: Effect) -> dict[str, object]:
     return {
         "slot": effect.slot,
-        "fragment": effect.fragment(case.scene),
+        "fragment": effect.fragment(case),
         "numbers": effect.values(case),
     }

@@ -57,7 +57,7 @@ class Effect(ABC):
     def decide(self, scene: Scene) -> tuple[bool, str]:
         """Whether the scene calls for it, and why."""
 
-    def fragment(self, scene: Scene) -> str:  # noqa: ARG002
+    def fragment(self, case: Case) -> str:  # noqa: ARG002
         """Its template."""
         return f"effects/{self.name}.j2"
 

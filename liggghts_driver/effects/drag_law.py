@@ -29,8 +29,8 @@ def reynolds_bound(case: Case) -> float:
     return next(branch.up_to for branch in BRANCHES if bound <= branch.up_to)
 
 
-def drag_factor_formula(bound: float) -> str:
-    """f(Re) of Eq. 18 in the engine's words, as a function of v_re2 = Re^2, up to a bound.
+def drag_factor_formula(bound: float, re2: str) -> str:
+    """f(Re) of Eq. 18 in the engine's words, as a function of the word for Re^2, up to a bound.
 
     Squared Reynolds numbers save a square root for every particle and step; a comparison is 1
     or 0 in the engine. Branches that the scene cannot reach are left out.
@@ -40,13 +40,17 @@ def drag_factor_formula(bound: float) -> str:
     for branch in BRANCHES:
         if lower >= bound:
             break
-        conditions = [] if lower == 0.0 else [f"(v_re2>{lower**2!r})"]
-        conditions += [] if branch.up_to >= bound else [f"(v_re2<={branch.up_to**2!r})"]
+        conditions = [] if lower == 0.0 else [f"({re2}>{lower**2!r})"]
+        conditions += [] if branch.up_to >= bound else [f"({re2}<={branch.up_to**2!r})"]
         value = [] if branch.factor == 1.0 else [repr(branch.factor)]
-        value += [] if branch.power == 0.0 else [f"v_re2^{branch.power / 2!r}"]
+        value += [] if branch.power == 0.0 else [_power(re2, branch.power / 2)]
         terms.append("*".join([*conditions, *value]) or "1.0")
         lower = branch.up_to
     return "+".join(terms)
+
+
+def _power(word: str, exponent: float) -> str:
+    return f"sqrt({word})" if exponent == 0.5 else f"{word}^{exponent!r}"
 
 
 def inside_velocity_m_s(case: Case) -> float:

@@ -30,9 +30,9 @@ class PressureForce(Effect):
             where = f"inside the specimen{beyond}"
         return True, f"{scene.pressure.gradient:g} Pa/m {where}"
 
-    def fragment(self, scene: Scene) -> str:
-        """None of its own where the implicit drag carries it as its constant force."""
-        carried = scene.fluid is not None and scene.drag.scheme == "implicit"
+    def fragment(self, case: Case) -> str:
+        """None of its own where the drag carries it: all but the exact scheme keep a force."""
+        carried = case.time.keeps_drag
         return "effects/pressure_carried.j2" if carried else "effects/pressure.j2"
 
     def values(self, case: Case) -> dict[str, object]:

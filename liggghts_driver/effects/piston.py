@@ -51,7 +51,9 @@ class Piston(Effect):
             "z": (case.layout.low[2] + case.layout.high[2]) / 2,
             "type": case.type_of("walls"),
             "velocity": fluid is not None and fluid.velocity_outside == "piston",
-            "recent": case.time.refresh_every if case.scene.drag.scheme == "implicit" else 0,
+            "recent": case.time.refresh_every
+            if case.time.drag_scheme in ("held", "implicit")
+            else 0,
         }
 
     def columns(self, case: Case) -> tuple[Column, ...]:  # noqa: ARG002

@@ -55,7 +55,7 @@ def _program(name: str, *, needed: bool) -> Finding:
 
 
 def _coupling(binary: str) -> Finding:
-    """Whether the binary was built with the coupling that `drag.scheme = "implicit"` uses."""
+    """Whether the binary was built with the coupling that drag uses unless told not to."""
     with tempfile.TemporaryDirectory() as folder:
         deck = Path(folder) / "probe.in"
         deck.write_text(_COUPLING_DECK, encoding="utf-8")
@@ -73,6 +73,6 @@ def _coupling(binary: str) -> Finding:
             found = done.returncode == 0
         except subprocess.TimeoutExpired:
             found = False
-    lacking = "not built into this engine; use --set drag.scheme=held"
+    lacking = "not built into this engine; use --set drag.carrier=addforce"
     detail = "built in" if found else lacking
-    return Finding("implicit drag", found=found, needed=False, detail=detail)
+    return Finding("coupling for drag", found=found, needed=False, detail=detail)

@@ -147,6 +147,9 @@ def _fluid(scene: Scene) -> Iterator[Mistake]:
     if fluid.velocity_inside == "pore" and scene.specimen is None:
         fix = 'use "still"'
         yield Mistake("fluid.velocity_inside", "pore", "the scene has no specimen", fix)
+    if scene.drag.scheme == "implicit" and scene.drag.carrier == "addforce":
+        bound = "the implicit scheme is the coupling's own"
+        yield Mistake("drag.carrier", "addforce", bound, "use coupling, or drag.scheme = held")
 
 
 def _piston(scene: Scene) -> Iterator[Mistake]:

@@ -191,17 +191,24 @@ class Pressure(Table):
 class Drag(Table):
     """How the drag law (Eqs. 17-19) is integrated."""
 
-    scheme: Literal["implicit", "held", "exact"] = key(
+    scheme: Literal["auto", "exact", "held", "implicit"] = key(
         "",
-        "implicit: the engine's own implicit step, coefficients refreshed now and then; "
-        "held: explicit, coefficients refreshed now and then; exact: the full law at every step",
-        "implicit",
+        "exact: the full law at every step; held: forces computed now and then and kept in "
+        "between; implicit: the engine's own implicit step, coefficients computed now and then; "
+        "auto: held where forces may be kept for many steps, else implicit",
+        "auto",
     )
     refresh: Number | None = key(
         "s", "time for which a coefficient is kept; default: from tolerance", None, gt=0
     )
     tolerance: Number = key(
         "", "relative error of a velocity that keeping the coefficient may cost", 0.005, gt=0, lt=1
+    )
+    carrier: Literal["coupling", "addforce"] = key(
+        "",
+        "what adds a held force at each step: the engine's coupling, which is faster, or "
+        "fix addforce, for an engine without the coupling",
+        "coupling",
     )
 
 

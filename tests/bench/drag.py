@@ -28,7 +28,15 @@ if TYPE_CHECKING:
 
     from liggghts_driver.population import Population
 
-SCHEMES = ("contacts only", "implicit", "held", "exact", "written by hand")
+#: Each variant's keys of [drag]; None: the fluid is left out of the scene.
+VARIANTS: dict[str, dict[str, str] | None] = {
+    "contacts only": None,
+    "held": {"scheme": "held"},
+    "implicit": {"scheme": "implicit"},
+    "held, by addforce": {"scheme": "held", "carrier": "addforce"},
+    "exact": {"scheme": "exact"},
+    "written by hand": None,
+}
 
 
 @dataclass(frozen=True)
@@ -46,7 +54,7 @@ def dilute_start(scene_file: Path) -> tuple[Case, Start]:
     return case, Start("dilute start", case.population, case.layout.low[0])
 
 
-def dense_start(case: Case, run: RunDirectory, time_s: float) -> Start:
+def later_start(case: Case, run: RunDirectory, time_s: float) -> Start:
     """The full case as a run of it had it at some time, velocities included."""
     wanted = time_s / case.time.step_s
     instant = min(iter_instants(run), key=lambda frame: abs(frame.step - wanted))
@@ -57,15 +65,26 @@ def dense_start(case: Case, run: RunDirectory, time_s: float) -> Start:
     centres[: population.particles] = instant.positions_m
     velocities[: population.particles] = instant.velocities_m_s
     moved = replace(population, centres_m=centres, velocities_m_s=velocities)
-    return Start(f"dense state, {instant.step * case.time.step_s:.0f} s", moved, x)
+    return Start(f"state at {instant.step * case.time.step_s:.0f} s", moved, x)
 
 
 def stepping_task(
-    case: Case, start: Start, scheme: str, steps: int, folder: Path, ranks: int = 1
+    case: Case,
+    start: Start,
+    scheme: str,
+    steps: int,
+    folder: Path,
+    ranks: int = 1,
+    edit: Callable[[str], str] = str,
 ) -> Callable[[], float]:
-    """A measurement: seconds that ``steps`` steps take, the engine's start-up subtracted."""
+    """A measurement: seconds that ``steps`` steps take, the engine's start-up subtracted.
+
+    ``edit`` changes the deck's text, for settings that a scene does not offer.
+    """
     full = _written(case, start, scheme, steps, folder / f"{scheme} {steps}", ranks)
     empty = _written(case, start, scheme, 0, folder / f"{scheme} 0", ranks)
+    for deck in (full / "deck.in", empty / "deck.in"):
+        deck.write_text(edit(deck.read_text(encoding="utf-8")), encoding="utf-8")
     command = find_engine().command(ranks)
     return lambda: wall_seconds(command, full) - wall_seconds(command, empty)
 
@@ -87,15 +106,23 @@ def _variant(case: Case, start: Start, scheme: str, steps: int) -> Case:
     """The case with one way of computing the fluid forces, no output but the series."""
     data: dict[str, Any] = case.scene.model_dump(mode="json", exclude_none=True)
     data["output"] |= {"samples": 10, "frames": 1, "images": 0}
-    if scheme in ("contacts only", "written by hand"):
+    drag = VARIANTS[scheme]
+    if drag is None:
         del data["fluid"], data["pressure"]
         data["piston"]["mass"] = case.piston_mass_kg
     else:
-        data["drag"]["scheme"] = scheme
+        data["drag"] |= drag
     scene = make_scene(data)
     # Whole refreshes, so that every scheme ends on one.
     count = case.time.refresh_every * max(1, math.ceil(steps / case.time.refresh_every))
-    plan = replace(case.time, steps=count, sample_every=count, frame_every=count, image_every=count)
+    plan = replace(
+        case.time,
+        steps=count,
+        sample_every=count,
+        frame_every=count,
+        image_every=count,
+        drag_scheme="" if drag is None else drag["scheme"],
+    )
     low = (start.piston_x_m, *case.layout.low[1:])
     return replace(
         case,

@@ -7,6 +7,8 @@ import subprocess
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from tests.bench.timing import wall_seconds
+
 if TYPE_CHECKING:
     from collections.abc import Callable
 
@@ -27,3 +29,25 @@ def yade_task(data: Path, steps: int, step_s: float, *, drag: bool) -> Callable[
         return float(line.split()[1])
 
     return measure
+
+
+def lammps_task(
+    data: Path, steps: int, step_s: float, low_m: float, *, drag: bool
+) -> Callable[[], float] | None:
+    """Seconds that LAMMPS takes for some steps, its start subtracted; None where not installed."""
+    if shutil.which("lmp") is None:
+        return None
+    deck = str(_HERE / "lammps_case.in")
+
+    def command(count: int) -> list[str]:
+        values = {
+            "data": str(data),
+            "step": repr(step_s),
+            "steps": str(count),
+            "low": repr(low_m),
+            "drag": str(int(drag)),
+        }
+        variables = [word for name, value in values.items() for word in ("-var", name, value)]
+        return ["lmp", "-in", deck, "-log", "none", "-screen", "none", *variables]
+
+    return lambda: wall_seconds(command(steps), data.parent) - wall_seconds(command(0), data.parent)
