@@ -178,7 +178,7 @@ class TestAuto:
         # sqrt(2 x 0.1) / 1.354 = 0.33 of m / K is more than a held force may be kept.
         found = plan({"drag.tolerance": 0.1})
         assert found.scheme == "held"
-        assert found.interval_s == LONGEST_KEPT * relaxation(0.01)
+        assert found.interval_s == pytest.approx(LONGEST_KEPT * relaxation(0.01), rel=1e-12)
 
     @pytest.mark.parametrize("step", [SHORT, 1e3])
     def test_without_the_coupling_forces_are_held(self, step):
