@@ -41,7 +41,7 @@ def lammps_task(
 
     def command(count: int) -> list[str]:
         values = {
-            "data": str(data),
+            "data": data.name,  # LAMMPS splits a path at its blanks
             "step": repr(step_s),
             "steps": str(count),
             "low": repr(low_m),
