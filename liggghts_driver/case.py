@@ -18,6 +18,8 @@ class Case:
     """A scene, its geometry, its spheres and its steps.
 
     ``speed_bound_m_s`` is the speed for which the contact bound on the step was computed.
+    ``screened`` names the effects that were left out as too weak, and ``asked`` is then the scene
+    with them, which is what the run is known by.
     """
 
     scene: Scene
@@ -25,6 +27,13 @@ class Case:
     population: Population
     time: TimePlan
     speed_bound_m_s: float
+    screened: tuple[str, ...] = ()
+    asked: Scene | None = None
+
+    @property
+    def identity(self) -> Scene:
+        """The scene that was asked for."""
+        return self.asked or self.scene
 
     @property
     def materials(self) -> tuple[str, ...]:

@@ -47,7 +47,7 @@ def plan_drag(
     SceneError
         If ``drag.refresh`` is so long that held forces would grow without bound.
     """
-    if scene.fluid is None:
+    if scene.fluid is None or scene.drag.scheme == "none":
         return None
     if not population.particles:
         return DragPlan(_scheme(scene, 0.0, math.inf, step_s), _samples_s(scene), math.inf)
@@ -64,6 +64,7 @@ def plan_drag(
 def _scheme(scene: Scene, held_s: float, relaxation_s: float, step_s: float) -> Scheme:
     """The scheme asked for; for ``auto``, held where a force may be kept for many steps."""
     drag = scene.drag
+    assert drag.scheme != "none"
     if drag.scheme != "auto":
         return drag.scheme
     stable = held_s <= LONGEST_KEPT * relaxation_s

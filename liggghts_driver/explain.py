@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from liggghts_driver.case import make_case
 from liggghts_driver.deck.build import FRAME_COLUMNS
 from liggghts_driver.effects import decide_effects
+from liggghts_driver.prepare import prepare
 
 if TYPE_CHECKING:
     from liggghts_driver.case import Case
@@ -25,7 +25,7 @@ def explain(scene: Scene) -> dict[str, Any]:
     SceneError
         If the step asked for is above a bound.
     """
-    return explain_case(make_case(scene))
+    return explain_case(prepare(scene))
 
 
 def explain_case(case: Case) -> dict[str, Any]:

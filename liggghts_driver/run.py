@@ -80,8 +80,8 @@ def run_case(
     RunError
         If the engine failed or its run is not whole; the folder stays.
     """
-    directory.claim_for(case.scene)
-    identity = scene_hash(case.scene)
+    directory.claim_for(case.identity)
+    identity = scene_hash(case.identity)
     state = directory.read_state()
     if state["state"] == "complete":
         require_same_deck(case, directory, identity)
@@ -133,7 +133,7 @@ def _engine_parts(thermo: Thermo) -> dict[str, float]:
 def write_deck(case: Case, deck: Deck, directory: RunDirectory) -> None:
     """Write everything that the engine reads, and the scene it came from."""
     directory.dumps.mkdir(parents=True, exist_ok=True)
-    directory.write_scene(case.scene)
+    directory.write_scene(case.identity)
     for name, text in deck.files.items():
         write_text(directory.path / name, text)
 

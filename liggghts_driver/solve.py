@@ -8,9 +8,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from liggghts_driver.case import Case, make_case
 from liggghts_driver.deck.build import build_deck
 from liggghts_driver.errors import RunFolderError
+from liggghts_driver.prepare import prepare
 from liggghts_driver.results.answer import Answer, analyse
 from liggghts_driver.run import finished_run, require_same_deck, run_case, write_deck
 from liggghts_driver.rundir import RunDirectory, scene_hash, write_text
@@ -20,6 +20,7 @@ if TYPE_CHECKING:
 
     import pandas as pd
 
+    from liggghts_driver.case import Case
     from liggghts_driver.run import FinishedRun
     from liggghts_driver.scene.model import Scene
 
@@ -79,7 +80,7 @@ def solve(
     directory = RunDirectory(Path(out))
     directory.claim_for(scene)
     start = time.perf_counter()
-    case = make_case(scene)
+    case = prepare(scene)
     placing = time.perf_counter() - start
     on_case(case)
     run = run_case(case, directory, ranks, on_step)
@@ -99,7 +100,7 @@ def load(path: str | Path) -> Solution:
     state = directory.read_state()["state"]
     if state != "complete":
         raise RunFolderError(f"{path}: the run in it is {state}; run it again first")
-    case = make_case(scene)
+    case = prepare(scene)
     run = finished_run(case, directory, reused=True)
     require_same_deck(case, directory, scene_hash(scene))
     return _conclude(run, {})
@@ -116,7 +117,7 @@ def write_only(scene: Scene, out: str | Path, ranks: int = 1) -> RunDirectory:
     directory = RunDirectory(Path(out))
     if not directory.make_or_find_empty():
         raise RunFolderError(f"{out}: is not empty; choose another folder with --out")
-    case = make_case(scene)
+    case = prepare(scene)
     write_deck(case, build_deck(case, scene_hash(scene), ranks), directory)
     return directory
 

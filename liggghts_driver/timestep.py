@@ -94,7 +94,7 @@ def _piston_speed(scene: Scene, layout: Layout) -> float:
 
 def _fluid_speed(scene: Scene) -> float:
     fluid = scene.fluid
-    if fluid is None:
+    if fluid is None or scene.drag.scheme == "none":
         return 0.0
     inside = abs(pore_velocity_m_s(scene)) if fluid.velocity_inside == "pore" else 0.0
     if fluid.velocity_outside == "constant":
@@ -102,6 +102,13 @@ def _fluid_speed(scene: Scene) -> float:
     if fluid.velocity_outside == "accelerating":
         return max(inside, abs(fluid_acceleration_m_s2(scene)) * scene.time.duration)
     return inside  # at rest outside, or with the piston, whose speed is counted already
+
+
+def fluid_speed_m_s(scene: Scene, layout: Layout) -> float:
+    """The largest speed of the fluid anywhere, its motion with the piston included."""
+    if scene.fluid is not None and scene.fluid.velocity_outside == "piston":
+        return max(_fluid_speed(scene), _piston_speed(scene, layout))
+    return _fluid_speed(scene)
 
 
 def fluid_acceleration_m_s2(scene: Scene) -> float:
@@ -121,11 +128,12 @@ def _driven_speed(scene: Scene, layout: Layout, population: Population) -> float
     gradient = abs(scene.pressure.gradient) if scene.pressure else 0.0
     gravity = math.hypot(*scene.gravity.acceleration) if scene.gravity else 0.0
     # A fluid denser than the particles drives them upwards, with more than their weight.
-    buoyant = abs(1.0 - scene.fluid.density / density) if scene.fluid else 1.0
+    buoyed = scene.fluid is not None and scene.gravity is not None and scene.gravity.buoyancy
+    buoyant = abs(1.0 - scene.fluid.density / density) if scene.fluid and buoyed else 1.0
     acceleration = 1.5 * gradient / density + buoyant * gravity
     diagonal = math.dist(layout.low, layout.high)
     falling = math.sqrt(2.0 * acceleration * diagonal)
-    if scene.fluid is None:
+    if scene.fluid is None or scene.drag.scheme == "none":
         return falling
     force = density * sphere_volume_m3(radius) * acceleration
     fluid = scene.fluid

@@ -12,8 +12,8 @@ import liggghts_driver
 PACKAGE = Path(liggghts_driver.__file__).parent
 ORDER = [
     "errors", "resources", "physics", "packing", "darcy", "statistics", "scene", "population",
-    "prediction", "flowing", "drag_plan", "timestep", "case", "effects", "deck", "rundir",
-    "results", "engine", "run", "report", "explain", "solve", "cli",
+    "prediction", "flowing", "drag_plan", "timestep", "case", "effects", "prepare", "deck",
+    "rundir", "results", "engine", "run", "report", "explain", "solve", "cli",
 ]  # fmt: skip
 #: Imports for annotations alone that go back: the class of a finished run.
 KNOWN = {("results", "run")}

@@ -9,15 +9,17 @@ from typing import TYPE_CHECKING
 from liggghts_driver import __version__
 from liggghts_driver.deck.particles import particle_data, simulation_box
 from liggghts_driver.deck.render import render
-from liggghts_driver.effects import active_effects, decide_effects
+from liggghts_driver.effects import decide_effects
 from liggghts_driver.effects.base import Column
 from liggghts_driver.effects.drag import uses_coupling
 from liggghts_driver.effects.piston import piston_stl
 from liggghts_driver.flowing import flowing_threshold_m_s
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from liggghts_driver.case import Case
-    from liggghts_driver.effects import Effect
+    from liggghts_driver.effects import Decision, Effect
 
 #: Young's moduli that the engine takes without being told that they are meant [Pa].
 _USUAL_MODULI_PA = (5e6, 1e9)
@@ -44,8 +46,13 @@ class Deck:
     sentinel: str
 
 
-def build_deck(case: Case, scene_hash: str, ranks: int = 1) -> Deck:
+def build_deck(
+    case: Case, scene_hash: str, ranks: int = 1, decisions: Sequence[Decision] | None = None
+) -> Deck:
     """Write the deck of a case.
+
+    ``decisions`` takes the place of what the effects decide by themselves, so that a test can have
+    one in the deck whose coefficient is zero.
 
     Raises
     ------
@@ -54,7 +61,8 @@ def build_deck(case: Case, scene_hash: str, ranks: int = 1) -> Deck:
     SceneError
         If the engine's own rules cannot be kept.
     """
-    active = active_effects(case.scene)
+    decided = decide_effects(case.scene) if decisions is None else decisions
+    active = tuple(decision.effect for decision in decided if decision.active)
     sentinel = f"liggghts-driver: complete {scene_hash[:12]}"
     values = {
         "version": __version__,
@@ -67,7 +75,7 @@ def build_deck(case: Case, scene_hash: str, ranks: int = 1) -> Deck:
         "columns": _columns(case, active),
         "refresh": _refresh(case, active),
         "coupling": uses_coupling(case),
-        "effects": [decision for decision in decide_effects(case.scene) if decision.active],
+        "effects": [decision for decision in decided if decision.active],
         "rotation": any(effect.name == "rotation" for effect in active),
         "active": [_fragment(case, effect) for effect in active],
     }

@@ -4,36 +4,14 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from liggghts_driver.effects.base import Column, Decision, Effect
-from liggghts_driver.effects.contacts import (
-    Contacts,
-    FixedGrains,
-    Friction,
-    RollingResistance,
-    Walls,
-)
-from liggghts_driver.effects.drag import Drag
-from liggghts_driver.effects.forces import Buoyancy, Gravity, PressureForce
-from liggghts_driver.effects.piston import Piston
-from liggghts_driver.effects.rotation import Rotation
+from liggghts_driver.effects.base import Column, Decision, Effect, Weight
+from liggghts_driver.effects.registry import find_effects
 
 if TYPE_CHECKING:
     from liggghts_driver.scene.model import Scene
 
-#: Every effect, in the order of the deck.
-EFFECTS: tuple[Effect, ...] = (
-    Contacts(),
-    Friction(),
-    RollingResistance(),
-    FixedGrains(),
-    Walls(),
-    Piston(),
-    PressureForce(),
-    Drag(),
-    Gravity(),
-    Buoyancy(),
-    Rotation(),
-)
+#: Every effect, in the order of the deck: one file of this package each.
+EFFECTS: tuple[Effect, ...] = find_effects(__name__, __path__)
 
 
 def decide_effects(scene: Scene) -> tuple[Decision, ...]:
@@ -46,4 +24,12 @@ def active_effects(scene: Scene) -> tuple[Effect, ...]:
     return tuple(decision.effect for decision in decide_effects(scene) if decision.active)
 
 
-__all__ = ["EFFECTS", "Column", "Decision", "Effect", "active_effects", "decide_effects"]
+__all__ = [
+    "EFFECTS",
+    "Column",
+    "Decision",
+    "Effect",
+    "Weight",
+    "active_effects",
+    "decide_effects",
+]

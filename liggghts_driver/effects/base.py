@@ -1,16 +1,19 @@
 """What an effect is: a piece of physics that a scene calls for or not.
 
-An effect is one object: it decides from the scene alone whether it is in, and says why. Its deck
-lines stand in ``templates/effects/<name>.j2``; ``values`` gives that fragment its numbers.
+An effect is one object in a file of its own: it decides from the scene whether it is in and says
+why, measures its weight in the case, and knows what it needs and what leaving it out means. Its
+deck lines stand in ``templates/effects/<name>.j2``; ``values`` gives that fragment its numbers.
 """
 
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, ClassVar, Literal
+from typing import TYPE_CHECKING, Any, ClassVar, Literal
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
+
     from liggghts_driver.case import Case
     from liggghts_driver.scene.model import Scene
 
@@ -36,6 +39,27 @@ class Refresh:
 
 
 @dataclass(frozen=True)
+class Weight:
+    """How much an effect counts in a case.
+
+    Attributes
+    ----------
+    number, meaning
+        Name of the dimensionless number, and what is over what in it.
+    value
+        Its value.
+    share
+        Estimated relative change of the particles' motion when the effect is left out, 0 to 1;
+        None where leaving it out is no approximation but another problem.
+    """
+
+    number: str
+    meaning: str
+    value: float
+    share: float | None = None
+
+
+@dataclass(frozen=True)
 class Decision:
     """An effect of a scene: in or out, and why."""
 
@@ -50,12 +74,28 @@ class Effect(ABC):
     name: ClassVar[str]
     title: ClassVar[str]
     slot: ClassVar[Slot]
+    #: Its place among those of its slot.
+    order: ClassVar[int] = 0
     #: Words of this effect in the engine's contact model, e.g. ``("tangential", "history")``.
     contact_words: ClassVar[tuple[str, ...]] = ()
+    #: Names of effects without which it is nothing.
+    needs: ClassVar[tuple[str, ...]] = ()
+    #: Names of effects that cannot be in the same deck.
+    conflicts: ClassVar[tuple[str, ...]] = ()
+    #: Keys of the scene, and their values, with which it is out; None where the problem needs it.
+    without: ClassVar[Mapping[str, Any] | None] = None
 
     @abstractmethod
     def decide(self, scene: Scene) -> tuple[bool, str]:
         """Whether the scene calls for it, and why."""
+
+    @abstractmethod
+    def weigh(self, case: Case) -> Weight:
+        """Its dimensionless number in a case that it is in."""
+
+    def cost(self, case: Case) -> float:  # noqa: ARG002
+        """Time that it adds to a step, over the time of the contacts alone; see ``costs``."""
+        return 0.0
 
     def fragment(self, case: Case) -> str:  # noqa: ARG002
         """Its template."""

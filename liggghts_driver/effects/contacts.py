@@ -1,11 +1,12 @@
-"""Bodies that touch: the contact law, its friction, and the walls."""
+"""Normal contact forces: bodies that touch repel each other."""
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING, ClassVar
 
-from liggghts_driver.effects.base import Effect, Slot
-from liggghts_driver.physics.contact import restitution_from_damping_ratio
+from liggghts_driver.effects.base import Effect, Slot, Weight
+from liggghts_driver.effects.scales import scales_of
+from liggghts_driver.physics.contact import Body, largest_overlap_m, restitution_from_damping_ratio
 from liggghts_driver.timestep import wall_stiffness
 
 if TYPE_CHECKING:
@@ -39,6 +40,20 @@ class Contacts(Effect):
         """Always in: the engine has no particles without a contact law."""
         return True, "bodies that touch repel each other"
 
+    def weigh(self, case: Case) -> Weight:
+        """Overlap of two mean particles that meet at the largest speed, over their radius."""
+        scales = scales_of(case)
+        particles = case.scene.particles
+        body = Body(
+            scales.radius_m, scales.mass_kg, particles.youngs_modulus, particles.poissons_ratio
+        )
+        overlap = largest_overlap_m(body, body, case.speed_bound_m_s)
+        return Weight("overlap", "largest overlap over radius", overlap / scales.radius_m)
+
+    def cost(self, case: Case) -> float:  # noqa: ARG002
+        """The unit of all costs."""
+        return 1.0
+
     def values(self, case: Case) -> dict[str, object]:
         """Elastic constants of each material, and the restitution."""
         scene = case.scene
@@ -55,85 +70,3 @@ class Contacts(Effect):
             "poissons_ratios": " ".join(map(repr, ratios)),
             "restitution": pairwise(case, restitution(scene)),
         }
-
-
-class Friction(Effect):
-    """Tangential forces: a spring with history that slips at Coulomb's limit."""
-
-    name: ClassVar[str] = "friction"
-    title: ClassVar[str] = "tangential friction"
-    slot: ClassVar[Slot] = "materials"
-    contact_words: ClassVar[tuple[str, ...]] = ("tangential", "history")
-
-    def decide(self, scene: Scene) -> tuple[bool, str]:
-        """In when the friction coefficient is above zero."""
-        mu = scene.contact.friction
-        if mu > 0:
-            return True, f"friction coefficient {mu:g}"
-        return False, "friction = 0: no tangential force, so no contact history"
-
-    def values(self, case: Case) -> dict[str, object]:
-        """The coefficient for every pair of materials."""
-        return {"coefficient": pairwise(case, case.scene.contact.friction)}
-
-
-class RollingResistance(Effect):
-    """Rolling resistance, the engine's elastic-plastic spring-dashpot model (epsd2)."""
-
-    name: ClassVar[str] = "rolling"
-    title: ClassVar[str] = "rolling resistance"
-    slot: ClassVar[Slot] = "materials"
-    contact_words: ClassVar[tuple[str, ...]] = ("rolling_friction", "epsd2")
-
-    def decide(self, scene: Scene) -> tuple[bool, str]:
-        """In when the rolling resistance coefficient is above zero."""
-        mu = scene.contact.rolling_friction
-        if mu > 0:
-            return True, f"rolling resistance coefficient {mu:g}"
-        return False, "rolling_friction = 0: no resisting torque"
-
-    def values(self, case: Case) -> dict[str, object]:
-        """The coefficient for every pair of materials."""
-        return {"coefficient": pairwise(case, case.scene.contact.rolling_friction)}
-
-
-class FixedGrains(Effect):
-    """Grains that never move."""
-
-    name: ClassVar[str] = "grains"
-    title: ClassVar[str] = "fixed grains"
-    slot: ClassVar[Slot] = "boundaries"
-
-    def decide(self, scene: Scene) -> tuple[bool, str]:
-        """In when the scene has a specimen or single grains."""
-        if scene.specimen is not None:
-            return True, "the specimen is made of them"
-        if any(sphere.kind == "grain" for sphere in scene.spheres):
-            return True, "the scene has fixed spheres"
-        return False, "no specimen and no fixed sphere"
-
-
-class Walls(Effect):
-    """Plane walls."""
-
-    name: ClassVar[str] = "walls"
-    title: ClassVar[str] = "walls"
-    slot: ClassVar[Slot] = "boundaries"
-
-    def decide(self, scene: Scene) -> tuple[bool, str]:
-        """In when a face of the domain is a wall."""
-        if scene.specimen is not None:
-            return True, "the specimen and the channel before it are enclosed"
-        if scene.box is not None and scene.box.walls:
-            return True, f"box.walls = {', '.join(scene.box.walls)}"
-        return False, "no face of the box is a wall"
-
-    def values(self, case: Case) -> dict[str, object]:
-        """The planes: axis, place and name of each."""
-        planes = []
-        for face in case.layout.walls:
-            axis = "xyz".index(face[0])
-            corner = case.layout.low if face[1] == "-" else case.layout.high
-            side = "low" if face[1] == "-" else "high"
-            planes.append({"axis": face[0], "at": corner[axis], "name": f"wall_{face[0]}_{side}"})
-        return {"planes": planes, "type": case.type_of("walls")}

@@ -8,13 +8,16 @@ K and leaves the step itself to the engine's own implicit drag, stable for any K
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
-from liggghts_driver.effects import drag_law
-from liggghts_driver.effects.base import Column, Effect, Refresh, Slot
+from liggghts_driver.effects import costs, drag_law
+from liggghts_driver.effects.base import Column, Effect, Refresh, Slot, Weight
 from liggghts_driver.effects.drag_kept import KeptDrag
+from liggghts_driver.effects.scales import scales_of
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
+
     from liggghts_driver.case import Case
     from liggghts_driver.scene.model import Scene
 
@@ -25,12 +28,31 @@ class Drag(Effect):
     name: ClassVar[str] = "drag"
     title: ClassVar[str] = "fluid drag"
     slot: ClassVar[Slot] = "forces"
+    order: ClassVar[int] = 1
+    without: ClassVar[Mapping[str, Any]] = {"drag.scheme": "none"}
 
     def decide(self, scene: Scene) -> tuple[bool, str]:
         """In when there is a fluid."""
         if scene.fluid is None:
             return False, "the scene has no [fluid]"
+        if scene.drag.scheme == "none":
+            return False, 'drag.scheme = "none"'
         return True, f"a fluid of {scene.fluid.viscosity:g} Pa s"
+
+    def weigh(self, case: Case) -> Weight:
+        """The Stokes number; below one a particle follows the fluid."""
+        scales = scales_of(case)
+        stokes = scales.relaxation_s * scales.speed_m_s / scales.length_m
+        meaning = "m / K over length / speed"
+        return Weight("Stokes number", meaning, stokes, min(1.0, 1.0 / stokes))
+
+    def cost(self, case: Case) -> float:
+        """A step of the scheme, and its share of a refresh."""
+        scheme = case.time.drag_scheme
+        refresh = costs.REFRESH / case.time.refresh_every if case.time.keeps_drag else 0.0
+        if scheme == "held" and case.scene.drag.carrier == "addforce":
+            return costs.HELD_BY_ADDFORCE + refresh
+        return costs.DRAG[scheme] + refresh
 
     def fragment(self, case: Case) -> str:
         """One fragment for each scheme."""

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING, ClassVar
 
-from liggghts_driver.effects.base import Column, Effect, Slot
+from liggghts_driver.effects import costs
+from liggghts_driver.effects.base import Column, Effect, Slot, Weight
+from liggghts_driver.effects.scales import scales_of
 from liggghts_driver.errors import SceneError
 
 if TYPE_CHECKING:
@@ -27,6 +30,7 @@ class Piston(Effect):
     name: ClassVar[str] = "piston"
     title: ClassVar[str] = "piston"
     slot: ClassVar[Slot] = "boundaries"
+    order: ClassVar[int] = 2
 
     def decide(self, scene: Scene) -> tuple[bool, str]:
         """In when the scene has a piston."""
@@ -34,10 +38,25 @@ class Piston(Effect):
             return False, "the scene has no [piston]"
         return True, f"pushed with {scene.piston.acceleration:g} m/s2"
 
+    def weigh(self, case: Case) -> Weight:
+        """Force of the piston over that of the pressure on all particles, or over their weight."""
+        assert case.scene.piston is not None
+        scales = scales_of(case)
+        force = case.piston_mass_kg * case.scene.piston.acceleration
+        each = max(scales.pressure_n, scales.weight_n, scales.inertia_n)
+        others = each * case.population.particles
+        meaning = "piston's force over the largest other on all particles"
+        return Weight("piston number", meaning, force / others if others else math.inf)
+
+    def cost(self, case: Case) -> float:  # noqa: ARG002
+        """A moving wall with its servo."""
+        return costs.PISTON
+
     def values(self, case: Case) -> dict[str, object]:
         """Force, gain, limit, place; and whether the fluid moves with it."""
         piston, fluid = case.scene.piston, case.scene.fluid
         assert piston is not None
+        drags = case.time.drag_scheme != ""
         force = case.piston_mass_kg * piston.acceleration
         limit = speed_limit_m_s(case)
         return {
@@ -50,7 +69,7 @@ class Piston(Effect):
             "y": (case.layout.low[1] + case.layout.high[1]) / 2,
             "z": (case.layout.low[2] + case.layout.high[2]) / 2,
             "type": case.type_of("walls"),
-            "velocity": fluid is not None and fluid.velocity_outside == "piston",
+            "velocity": drags and fluid is not None and fluid.velocity_outside == "piston",
             "recent": case.time.refresh_every
             if case.time.drag_scheme in ("held", "implicit")
             else 0,

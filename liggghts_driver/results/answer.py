@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from liggghts_driver import __version__
+from liggghts_driver.effects import active_effects
 from liggghts_driver.flowing import flowing_threshold_m_s
 from liggghts_driver.prediction import NoDarcyError, predict
 from liggghts_driver.results.comparison import compare
@@ -68,6 +69,7 @@ def analyse(run: FinishedRun) -> Answer:
             "at_end": int(run.thermo.rows["Atoms"].iloc[-1]) - case.population.grains,
             "grains": case.population.grains,
         },
+        "effects": _effects(case),
         "specimen": _specimen(case),
         "sections": {name: _section(case, name, rate) for name, rate in rates.items()},
         "flowing_velocity_m_s": _mean(velocity, case) if velocity else {},
@@ -140,6 +142,12 @@ def _mean(velocity: SeriesMean, case: Case) -> dict[str, Any]:
     }
 
 
+def _effects(case: Case) -> dict[str, Any]:
+    """What the deck had in it, and what was left out as too weak."""
+    active = [effect.name for effect in active_effects(case.scene)]
+    return {"active": active, "screened": list(case.screened)}
+
+
 def _specimen(case: Case) -> dict[str, Any]:
     if case.scene.specimen is None:
         return {}
@@ -171,7 +179,7 @@ def _cost(run: FinishedRun) -> dict[str, Any]:
 
 def _provenance(run: FinishedRun) -> dict[str, Any]:
     return {
-        "scene_sha256": scene_hash(run.case.scene),
+        "scene_sha256": scene_hash(run.case.identity),
         "templates_sha256": templates_hash(),
         "seed": run.case.scene.seed,
         "liggghts_driver": __version__,

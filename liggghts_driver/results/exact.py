@@ -53,6 +53,7 @@ def _lone_sphere(scene: Scene, last: Instant) -> list[dict[str, Any]]:
     """Free flight: the speed at which drag balances the pressure force (Eqs. 17-20)."""
     fluid, pressure = scene.fluid, scene.pressure
     still = fluid is not None and fluid.velocity_outside == "still" and scene.gravity is None
+    still = still and scene.drag.scheme != "none"
     if fluid is None or pressure is None or not still or len(scene.spheres) != 1:
         return []
     radius = scene.spheres[0].radius

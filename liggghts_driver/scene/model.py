@@ -191,11 +191,11 @@ class Pressure(Table):
 class Drag(Table):
     """How the drag law (Eqs. 17-19) is integrated."""
 
-    scheme: Literal["auto", "exact", "held", "implicit"] = key(
+    scheme: Literal["auto", "exact", "held", "implicit", "none"] = key(
         "",
         "exact: the full law at every step; held: forces computed now and then and kept in "
         "between; implicit: the engine's own implicit step, coefficients computed now and then; "
-        "auto: held where forces may be kept for many steps, else implicit",
+        "auto: held where forces may be kept for many steps, else implicit; none: no drag",
         "auto",
     )
     refresh: Number | None = key(
@@ -216,6 +216,19 @@ class Gravity(Table):
     """A uniform body acceleration."""
 
     acceleration: Vector = key("m/s2", "acceleration of gravity", (0.0, 0.0, -9.81))
+    buoyancy: Switch = key("", "particles are buoyed up by the fluid that they displace", True)
+
+
+class Effects(Table):
+    """Which effects a run may leave out."""
+
+    screen: Number = key(
+        "",
+        "leave out effects whose estimated share of the particles' motion is below this; 0: none",
+        0.0,
+        ge=0,
+        lt=1,
+    )
 
 
 class Time(Table):
@@ -266,6 +279,7 @@ class Scene(Table):
     pressure: Pressure | None = None
     drag: Drag = Drag()
     gravity: Gravity | None = None
+    effects: Effects = Effects()
     time: Time
     output: Output = Output()
 
