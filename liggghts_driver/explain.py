@@ -5,14 +5,19 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from liggghts_driver.deck.build import FRAME_COLUMNS
-from liggghts_driver.effects import decide_effects
-from liggghts_driver.prepare import prepare
+from liggghts_driver.effects.costs import CONTACTS_NS
+from liggghts_driver.physics.drag import reynolds
+from liggghts_driver.prepare import decisions_of, prepare
+from liggghts_driver.results.answer import plain
 
 if TYPE_CHECKING:
     from liggghts_driver.case import Case
+    from liggghts_driver.effects import Decision
     from liggghts_driver.scene.model import Scene
 
 _DOUBLE_BYTES = 8
+#: An effect with a smaller share of the motion than this is called weak.
+_WEAK = 0.05
 
 
 def explain(scene: Scene) -> dict[str, Any]:
@@ -29,35 +34,68 @@ def explain(scene: Scene) -> dict[str, Any]:
 
 
 def explain_case(case: Case) -> dict[str, Any]:
-    """Effects with their reasons, bounds on the time step, and the size of the run."""
+    """Effects with their reasons and weights, bounds on the time step, and the size of the run."""
+    time = case.time
+    decisions = decisions_of(case)
+    costs = {d.effect.name: d.effect.cost(case) for d in decisions if d.active}
+    facts = {
+        "effects": [_effect(decision, case, costs) for decision in decisions],
+        "drag": _drag(case),
+        "time_step_s": time.step_s,
+        "time_step_bounds": [vars(bound) for bound in time.bounds],
+        "size": _size(case),
+        "predicted_wall_s": _wall_s(case, sum(costs.values())),
+    }
+    return {name: plain(fact) for name, fact in facts.items()}
+
+
+def _effect(decision: Decision, case: Case, costs: dict[str, float]) -> dict[str, Any]:
+    """One row: in or out, why, and for what is in its number and its share of the time."""
+    effect = decision.effect
+    facts: dict[str, Any] = {
+        "name": effect.name,
+        "title": effect.title,
+        "active": decision.active,
+        "screened": effect.name in case.screened,
+        "why": decision.reason,
+    }
+    if not decision.active:
+        return facts
+    weight = effect.weigh(case)
+    return facts | {
+        "number": weight.number,
+        "meaning": weight.meaning,
+        "value": weight.value,
+        "motion_share": weight.share,
+        "time_share": costs[effect.name] / sum(costs.values()),
+        "weak": effect.without is not None and (weight.share or 0.0) < _WEAK,
+    }
+
+
+def _size(case: Case) -> dict[str, Any]:
     population, time = case.population, case.time
     frames = time.steps // time.frame_every + 1
     frame_bytes = _DOUBLE_BYTES * len(FRAME_COLUMNS) * population.particles
     return {
-        "effects": [
-            {
-                "name": decision.effect.name,
-                "title": decision.effect.title,
-                "active": decision.active,
-                "why": decision.reason,
-            }
-            for decision in decide_effects(case.scene)
-        ],
-        "drag": _drag(case),
+        "particles": population.particles,
+        "grains": population.grains,
+        "solid_fraction": population.solid_fraction if case.scene.specimen else 0.0,
         "time_step_s": time.step_s,
-        "time_step_bounds": [vars(bound) for bound in time.bounds],
-        "size": {
-            "particles": population.particles,
-            "grains": population.grains,
-            "solid_fraction": population.solid_fraction if case.scene.specimen else 0.0,
-            "time_step_s": time.step_s,
-            "steps": time.steps,
-            "steps_between_samples": time.sample_every,
-            "steps_between_refreshes": time.refresh_every,
-            "frames": frames,
-            "disk_mb": frames * frame_bytes / 1e6,
-            "speed_bound_m_s": case.speed_bound_m_s,
-        },
+        "steps": time.steps,
+        "steps_between_samples": time.sample_every,
+        "steps_between_refreshes": time.refresh_every,
+        "frames": frames,
+        "disk_mb": frames * frame_bytes / 1e6,
+        "speed_bound_m_s": case.speed_bound_m_s,
+    }
+
+
+def _wall_s(case: Case, cost: float) -> dict[str, float]:
+    """Engine time on one core, for a suspension that stays dilute and for a packed bed."""
+    particle_steps = max(1, case.population.particles) * case.time.steps
+    return {
+        state: 1e-9 * nanoseconds * cost * particle_steps
+        for state, nanoseconds in CONTACTS_NS.items()
     }
 
 
@@ -72,4 +110,13 @@ def _drag(case: Case) -> dict[str, Any] | None:
         "refresh_every_steps": time.refresh_every if kept else 1,
         "refresh_interval_s": time.refresh_every * time.step_s if kept else time.step_s,
         "velocity_tolerance": case.scene.drag.tolerance if kept else None,
+        "largest_reynolds": _largest_reynolds(case),
     }
+
+
+def _largest_reynolds(case: Case) -> float:
+    """Eq. 19 for the largest particle at the largest slip that the case is expected to reach."""
+    fluid, population = case.scene.fluid, case.population
+    assert fluid is not None
+    radius = float(population.particle_radii_m.max(initial=0.0))
+    return float(reynolds(fluid.density, fluid.viscosity, radius, case.speed_bound_m_s / 2.0))

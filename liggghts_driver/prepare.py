@@ -6,7 +6,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from liggghts_driver.case import Case, make_case
-from liggghts_driver.effects import active_effects
+from liggghts_driver.effects import Decision, active_effects, decide_effects
 from liggghts_driver.scene import make_scene
 
 if TYPE_CHECKING:
@@ -35,6 +35,16 @@ def prepare(scene: Scene) -> Case:
         return case
     names = tuple(effect.name for effect in weak)
     return replace(make_case(without(scene, weak)), screened=names, asked=scene)
+
+
+def decisions_of(case: Case) -> tuple[Decision, ...]:
+    """Every effect, in or out and why, in a case from which some may have been screened."""
+    limit = case.identity.effects.screen
+    why = f"too weak: its estimated share of the motion is below effects.screen = {limit:g}"
+    return tuple(
+        replace(decision, reason=why) if decision.effect.name in case.screened else decision
+        for decision in decide_effects(case.scene)
+    )
 
 
 def weak_effects(case: Case) -> tuple[Effect, ...]:
@@ -70,6 +80,8 @@ def _put(tables: dict[str, Any], path: list[str], value: Any) -> None:
     *parents, last = path
     place: Mapping[str, Any] | dict[str, Any] = tables
     for parent in parents:
+        if parent not in place:
+            return  # the table went with another effect, and this one with it
         place = place[parent]
     assert isinstance(place, dict)
     if value is None:

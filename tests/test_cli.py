@@ -18,7 +18,7 @@ from liggghts_driver import __version__
 from liggghts_driver.cli import main
 from liggghts_driver.resources import cases_dir
 
-COMMANDS = ["run", "report", "deck", "estimate", "explain", "doctor", "schema"]
+COMMANDS = ["run", "report", "deck", "estimate", "explain", "doctor", "schema", "study"]
 INFILTRATION_CASE = str(cases_dir() / "infiltration.toml")
 TWO_SPHERES = str(cases_dir() / "two_spheres.toml")
 
@@ -105,7 +105,7 @@ class TestHelp:
         ended = cli(command, "--help")
         assert ended.code == 0
         assert "Usage: " in ended.out
-        if command != "schema":
+        if command not in {"schema", "study"}:  # a study has commands of its own
             assert "--json" in ended.out
 
     def test_help_lines_are_whole_sentences(self, cli):
@@ -302,8 +302,18 @@ class TestExplain:
     def test_a_table_for_people(self, cli, infiltration):
         text = cli("explain", infiltration).out
         assert "fluid drag" in text
-        assert "the scene has no [gravity]" in text  # not taken for markup
+        assert "[gravity]" in text  # not taken for markup
         assert "Eq. 21" in text
+        assert "Stokes number" in text
+        assert "predicted wall time" in text
+
+    def test_what_is_weak_is_said(self, cli, infiltration):
+        faint = ["--set", "gravity.acceleration=[0.0, 0.0, -1e-8]"]
+        text = " ".join(cli("explain", infiltration, *faint).out.split())
+        assert "gravity is weak: without it the motion would change by about 0.00" in text
+        screened = cli("explain", infiltration, *faint, "--set", "effects.screen=0.01").out
+        assert "gravity is weak" not in screened
+        assert "too weak" in " ".join(screened.split())
 
     def test_what_cannot_be_placed(self, cli, infiltration):
         ended = cli("explain", infiltration, "--set", "particles.count=600", "--json")

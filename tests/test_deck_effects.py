@@ -15,6 +15,10 @@ GRAINS = {"youngs_modulus": 1.0e7, "poissons_ratio": 0.25}
 #: Switches of the collision scene: changes, and the words that then stand in the deck's commands.
 SWITCHES = {
     "friction": ({"contact.friction": 0.3}, {"coefficientFriction", "history", "nve/sphere"}),
+    "cohesion": (
+        {"contact.cohesion_energy_density": 1.0e4},
+        {"cohesion", "cohesionEnergyDensity", "sjkr"},
+    ),
     "grains": (
         {"spheres": [*COLLISION["spheres"], GRAIN], "grains": GRAINS},
         {"freeze", "exclude"},
@@ -190,6 +194,24 @@ def test_rolling_resistance_stands_in_the_contact_model():
     lines = commands(deck_of(case_of(COLLISION, changes)).files["deck.in"])
     model = "pair_style gran model hertz tangential history rolling_friction epsd2"
     assert model in [" ".join(words) for words in lines]
+
+
+@pytest.mark.parametrize(
+    ("friction", "tangential", "after"),
+    [({}, "off", ""),
+     ({"contact.friction": 0.3}, "history", ""),
+     ({"contact.friction": 0.3, "contact.rolling_friction": 0.1}, "history",
+      " rolling_friction epsd2")],
+    ids=["alone", "friction", "rolling"],
+)  # fmt: skip
+def test_cohesion_stands_where_the_engine_looks_for_it(friction, tangential, after):
+    """After the tangential model and before that of rolling: any other order is refused."""
+    changes = {"contact.cohesion_energy_density": 1.0e4, "box.walls": ["z-"], **friction}
+    lines = commands(deck_of(case_of(COLLISION, changes)).files["deck.in"])
+    model = f"model hertz tangential {tangential} cohesion sjkr{after}"
+    assert f"pair_style gran {model}" in [" ".join(words) for words in lines]
+    (wall,) = [" ".join(words) for words in lines if "wall/gran" in words]
+    assert f"wall/gran {model} primitive" in wall
 
 
 def test_walls_and_piston_have_the_contact_model_of_the_spheres():

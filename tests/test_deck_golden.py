@@ -27,6 +27,7 @@ DECKS = {
     "two_spheres": (shipped("two_spheres"), {}, 1),
     "settling_sphere": (shipped("settling_sphere"), {}, 1),
     "infiltration_small": (shipped("infiltration_small"), {}, 1),
+    "infiltration_friction": (shipped("infiltration_friction"), {}, 1),
     # What those leave out.
     "friction_rolling_walls": (
         COLLISION,

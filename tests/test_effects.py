@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import pytest
 from small_scenes import COLLISION, FLUID, GONE, GRAIN, INFILTRATION, case_of, scene_of
 
@@ -9,6 +11,7 @@ from liggghts_driver.effects import EFFECTS, active_effects, decide_effects
 from liggghts_driver.effects.contacts import pairwise, restitution
 from liggghts_driver.effects.drag import uses_coupling
 from liggghts_driver.effects.piston import piston_stl, speed_limit_m_s
+from liggghts_driver.effects.scales import scales_of
 from liggghts_driver.errors import SceneError
 from liggghts_driver.resources import templates_dir
 
@@ -20,6 +23,7 @@ PISTON = {"acceleration": 2.0, "mass": 0.5}
 SWITCHES = {
     "friction": {"contact.friction": 0.3},
     "rolling": {"contact.friction": 0.3, "contact.rolling_friction": 0.1},
+    "cohesion": {"contact.cohesion_energy_density": 1.0e4},
     "grains": {"spheres": [*COLLISION["spheres"], GRAIN], "grains": GRAINS},
     "walls": {"box.walls": ["x+", "z-"]},
     "piston": {"piston": PISTON},
@@ -69,6 +73,7 @@ def test_the_papers_problem():
         {"pressure": {"gradient": 0.0}},
         {"gravity": {"acceleration": [0.0, 0.0, 0.0]}, "fluid": FLUID},
         {"contact.friction": 0.0},
+        {"contact.cohesion_energy_density": 0.0},
     ],
     ids=str,
 )
@@ -92,6 +97,7 @@ def test_reasons_name_what_decides():
     }
     assert "0.25" in reasons["friction"]
     assert "rolling_friction = 0" in reasons["rolling"]
+    assert "cohesion_energy_density = 0" in reasons["cohesion"]
     assert "10 Pa/m inside" in reasons["pressure"]
     assert "0.001 Pa s" in reasons["drag"]
     assert "9.81" in reasons["gravity"]
@@ -158,6 +164,53 @@ def test_the_fragment_of_a_drag_is_that_of_its_plan(changes, scheme):
 )
 def test_what_is_kept_asks_for_the_coupling(changes, coupled):
     assert uses_coupling(case_of(INFILTRATION, changes)) == coupled
+
+
+class TestBondNumber:
+    """Pull-off over the largest other force, of what a mean particle sticks to most."""
+
+    def weight(self, tables, changes):
+        (cohesion,) = (effect for effect in EFFECTS if effect.name == "cohesion")
+        case = case_of(tables, {"contact.cohesion_energy_density": 2.0e4, **changes})
+        return case, cohesion.weigh(case)
+
+    def test_two_spheres_that_fall(self):
+        case, weight = self.weight(COLLISION, {"gravity": GRAVITY})
+        modulus = 1.0e7 / 2 / (1 - 0.25**2)
+        pull_off = 2 / 3 * math.pi**3 * 2.0e4**3 * 0.00075**2 / modulus**2
+        # Falling through the box they gain more speed than their weight could stop within it.
+        load = scales_of(case).inertia_n
+        assert load > scales_of(case).weight_n
+        assert weight.value == pytest.approx(pull_off / load, rel=1e-12)
+        assert weight.share == pytest.approx(min(1.0, pull_off / load), rel=1e-12)
+
+    def test_a_wall_holds_more_than_a_sphere(self):
+        """A plane has twice the effective radius of an equal sphere, so four times the force."""
+        _, without = self.weight(COLLISION, {"gravity": GRAVITY})
+        _, beside = self.weight(COLLISION, {"gravity": GRAVITY, "box.walls": ["z-"]})
+        assert beside.value == pytest.approx(4.0 * without.value, rel=1e-12)
+
+    def test_a_soft_large_grain_holds_most(self):
+        """Its radius of 10 particles' and a tenth of their modulus outdo a wall."""
+        grains = {
+            "spheres": [
+                *COLLISION["spheres"],
+                {**GRAIN, "radius": 0.015, "position": [0.02, 0.0, 0.0]},
+            ],
+            "grains": GRAINS,
+        }
+        changes = {"gravity": GRAVITY, "box.walls": ["z-"], "box.high": [0.04, 0.02, 0.02]}
+        _, wall = self.weight(COLLISION, changes)
+        _, grain = self.weight(COLLISION, {**changes, **grains})
+        # r* = 15/11 mm against 1.5 mm; E* as 1/(1 + 10) against 1/(1 + 1): F goes as (r*/E*)^2.
+        assert grain.value == pytest.approx((10 / 11 * 11 / 2) ** 2 * wall.value, rel=1e-12)
+
+    def test_no_share_is_above_one(self):
+        """At rest, and with nothing else to move it, a particle moves as cohesion has it."""
+        still = [{**sphere, "velocity": [0.0, 0.0, 0.0]} for sphere in COLLISION["spheres"]]
+        _, weight = self.weight(COLLISION, {"spheres": still, "time.step": 1e-6})
+        assert weight.value > 1.0
+        assert weight.share == 1.0
 
 
 class TestPiston:

@@ -8,6 +8,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
+from scipy.optimize import minimize_scalar
 
 from liggghts_driver.physics.contact import (
     Body,
@@ -18,6 +19,7 @@ from liggghts_driver.physics.contact import (
     effective_radius_m,
     elastic_duration_s,
     largest_overlap_m,
+    pull_off_force_n,
     restitution_from_damping_ratio,
 )
 
@@ -153,3 +155,56 @@ def test_damping_ratios_that_never_part_are_refused(ratio):
 def test_restitutions_outside_their_range_are_refused(restitution):
     with pytest.raises(ValueError, match="restitution"):
         damping_ratio_from_restitution(restitution)
+
+
+def circle_area(a: Body, b: Body, overlap: float) -> float:
+    """Area of the circle in which two spheres, or a sphere and a plane, cut each other.
+
+    By Heron's formula the height of the triangle of radii and distance, or by Pythagoras.
+    """
+    if math.isinf(b.radius_m):
+        return math.pi * (a.radius_m**2 - (a.radius_m - overlap) ** 2)
+    apart = a.radius_m + b.radius_m - overlap
+    s = (a.radius_m + b.radius_m + apart) / 2.0
+    triangle = math.sqrt(s * (s - a.radius_m) * (s - b.radius_m) * (s - apart))
+    return math.pi * (2.0 * triangle / apart) ** 2
+
+
+@PARTNERS
+@pytest.mark.parametrize("ratio", [1e-3, 5e-3, 2e-2])
+def test_pull_off_is_the_least_force_of_hertz_and_the_circle(other, ratio):
+    """Brute force: the least of repulsion less attraction, the circle's area taken exactly."""
+    density = ratio * e_star(PARTICLE, other)
+    radius = effective_radius_m(PARTICLE, other)
+    least = radius * (math.pi * ratio) ** 2
+
+    def force(overlap):
+        hertz = 4.0 / 3.0 * e_star(PARTICLE, other) * math.sqrt(radius * overlap) * overlap
+        return hertz - density * circle_area(PARTICLE, other, overlap)
+
+    found = minimize_scalar(force, bounds=(0.1 * least, 10.0 * least), method="bounded",
+                            options={"xatol": 1e-9 * least})  # fmt: skip
+    # The closed form is the leading order: the area's next term is at most (3/2) d / r* of the
+    # force, to first order, and 1e-8 is the rounding of the triangle's area at these overlaps.
+    expected = pull_off_force_n(PARTICLE, other, density)
+    assert -found.fun == pytest.approx(expected, rel=1.6 * least / radius + 1e-8)
+    assert found.x == pytest.approx(least, rel=4.0 * least / radius + 1e-4)
+
+
+def test_without_cohesion_nothing_holds():
+    assert pull_off_force_n(PARTICLE, WALL, 0.0) == 0.0
+
+
+def test_equal_spheres_and_a_plane_differ_as_the_docstring_says():
+    """The next term of the circle's area: (3/8) d / r* for equal spheres, 3/2 on a plane."""
+    ratio = 5e-3
+    for other, coefficient in ((PARTICLE, 3.0 / 8.0), (WALL, 3.0 / 2.0)):
+        radius = effective_radius_m(PARTICLE, other)
+        least = radius * (math.pi * ratio) ** 2
+        hertz = 4.0 / 3.0 * math.sqrt(radius) * least**1.5
+        # The minimum is flat: at the leading order's place the force is right to first order.
+        force = ratio * circle_area(PARTICLE, other, least) - hertz
+        expected = pull_off_force_n(PARTICLE, other, ratio * e_star(PARTICLE, other))
+        missing = 1.0 - force * e_star(PARTICLE, other) / expected
+        # The second order is d / r* = 2.5e-4 of the first.
+        assert missing == pytest.approx(coefficient * least / radius, rel=1e-3)

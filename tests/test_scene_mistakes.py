@@ -52,7 +52,7 @@ ALONE = [
     (COLLISION, {"title": 7}, "title", "7", "string", "line"),
     (COLLISION, {"box.walls": ["y"]}, r"box.walls\[0\]", "'y'", "'x-', 'x\\+'", ""),
     (INFILTRATION, {"drag.scheme": "fast"}, "drag.scheme", "'fast'",
-     "'held', 'implicit' or 'none'", "auto: held"),
+     "'held', 'implicit' or 'none'", "none: no drag"),
     (INFILTRATION, {"drag.carrier": "air"}, "drag.carrier", "'air'", "'coupling' or 'addforce'",
      "fix addforce"),
     (INFILTRATION, {"drag.tolerance": 1.0}, "drag.tolerance", "1.0", "less than 1", "error"),

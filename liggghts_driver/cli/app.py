@@ -12,6 +12,7 @@ from liggghts_driver import __version__
 from liggghts_driver.cli import show
 from liggghts_driver.cli.gradients import parse_gradients
 from liggghts_driver.cli.progress import follow
+from liggghts_driver.cli.study import study
 from liggghts_driver.scene import read_scene
 
 #: Exit code of a program that Ctrl-C ended.
@@ -24,6 +25,7 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
     rich_markup_mode=None,
 )
+app.add_typer(study, name="study")
 
 SceneFile = Annotated[Path, typer.Argument(help="Scene file (TOML).", show_default=False)]
 Overrides = Annotated[

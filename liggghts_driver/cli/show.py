@@ -122,11 +122,10 @@ def explanation(facts: Mapping[str, Any], *, as_json: bool) -> None:
         document(facts)
         return
     console = Console(soft_wrap=True)
-    table = Table("effect", "", "why")
+    console.print(_effects(facts["effects"]))
     for effect in facts["effects"]:
-        state = "in" if effect["active"] else "out"
-        table.add_row(effect["title"], state, Text(effect["why"]))
-    console.print(table)
+        if effect.get("weak"):
+            console.print(_weak(effect), markup=False, highlight=False)
     if facts["drag"] is not None:
         console.print(_drag(facts["drag"]), markup=False, highlight=False)
     bounds = Table("bound on the step", "s", "why")
@@ -136,10 +135,42 @@ def explanation(facts: Mapping[str, Any], *, as_json: bool) -> None:
     for name, value in facts["size"].items():
         text = f"{value:.4g}" if isinstance(value, float) else str(value)
         console.print(f"{name:28} {text}", markup=False)
+    least, most = (_duration(facts["predicted_wall_s"][state]) for state in ("dilute", "packed"))
+    text = f"predicted wall time on one core: {least} (dilute throughout) to {most} (packed)"
+    console.print(text, markup=False, highlight=False)
+
+
+def _effects(effects: Sequence[Mapping[str, Any]]) -> Table:
+    table = Table("effect", "", "why", "number", "time")
+    for effect in effects:
+        state = "in" if effect["active"] else "out"
+        number, time = "", ""
+        if effect["active"]:
+            value = "infinite" if effect["value"] is None else f"{effect['value']:.3g}"
+            number = f"{effect['number']} {value}"
+            time = f"{100.0 * effect['time_share']:.0f} %"
+        table.add_row(effect["title"], state, Text(effect["why"]), number, time)
+    return table
+
+
+def _weak(effect: Mapping[str, Any]) -> str:
+    change, saved = 100.0 * effect["motion_share"], 100.0 * effect["time_share"]
+    return (
+        f"{effect['title']} is weak: without it the motion would change by about {change:.2g} %, "
+        f"and {saved:.0f} % of the time be saved (see effects.screen)"
+    )
+
+
+def _duration(seconds: float) -> str:
+    if seconds < 1:
+        return "under 1 s"
+    if seconds < 100:
+        return f"{seconds:.0f} s"
+    return f"{seconds / 60:.0f} min" if seconds < 6000 else f"{seconds / 3600:.1f} h"
 
 
 def _drag(facts: Mapping[str, Any]) -> str:
-    text = f"drag: {facts['scheme']} scheme"
+    text = f"drag: Re up to {facts['largest_reynolds']:.3g}; {facts['scheme']} scheme"
     if facts["velocity_tolerance"] is None:
         return f"{text}, computed at every step"
     every, interval = facts["refresh_every_steps"], facts["refresh_interval_s"]

@@ -23,6 +23,7 @@ if TYPE_CHECKING:
 
 #: Young's moduli that the engine takes without being told that they are meant [Pa].
 _USUAL_MODULI_PA = (5e6, 1e9)
+_CONTACT_PARTS = ("model", "tangential", "cohesion", "rolling_friction")
 FRAME_COLUMNS = ("id", "x", "y", "z", "vx", "vy", "vz")
 #: Red, green and blue of each material in the snapshots; safe for the colour-blind.
 _COLOURS = {
@@ -91,9 +92,6 @@ def _domain(case: Case, active: tuple[Effect, ...], ranks: int) -> dict[str, obj
         for table in (case.scene.particles, case.scene.grains, case.scene.walls)
         if table is not None and table.youngs_modulus is not None
     ]
-    words = [word for effect in active for word in effect.contact_words]
-    if "tangential" not in words:
-        words[2:2] = ["tangential", "off"]
     return {
         "title": case.scene.title or "A scene without a title",
         "ranks": ranks,
@@ -106,9 +104,20 @@ def _domain(case: Case, active: tuple[Effect, ...], ranks: int) -> dict[str, obj
             for name in ("particles", "grains", "walls")
         },
         "type_names": ", ".join(f"{n} {name}" for n, name in enumerate(case.materials, start=1)),
-        "contact_words": " ".join(words),
+        "contact_words": _contact_words(active),
         "skin": case.skin_m,
     }
+
+
+def _contact_words(active: tuple[Effect, ...]) -> str:
+    """The contact model, its parts in the only order in which the engine reads them."""
+    chosen = {"tangential": "off"}
+    chosen |= {
+        effect.contact_words[0]: effect.contact_words[1]
+        for effect in active
+        if effect.contact_words
+    }
+    return " ".join(f"{part} {chosen[part]}" for part in _CONTACT_PARTS if part in chosen)
 
 
 def processor_grid(case: Case, ranks: int) -> str:

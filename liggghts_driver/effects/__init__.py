@@ -6,8 +6,10 @@ from typing import TYPE_CHECKING
 
 from liggghts_driver.effects.base import Column, Decision, Effect, Weight
 from liggghts_driver.effects.registry import find_effects
+from liggghts_driver.effects.settings import conflicts, mistaken_settings
 
 if TYPE_CHECKING:
+    from liggghts_driver.scene.checks import Mistake
     from liggghts_driver.scene.model import Scene
 
 #: Every effect, in the order of the deck: one file of this package each.
@@ -24,6 +26,11 @@ def active_effects(scene: Scene) -> tuple[Effect, ...]:
     return tuple(decision.effect for decision in decide_effects(scene) if decision.active)
 
 
+def effect_mistakes(scene: Scene) -> list[Mistake]:
+    """Numbers that no effect knows or that are out of bounds, and effects that exclude others."""
+    return mistaken_settings(scene, EFFECTS) or conflicts(scene, EFFECTS)
+
+
 __all__ = [
     "EFFECTS",
     "Column",
@@ -32,4 +39,5 @@ __all__ = [
     "Weight",
     "active_effects",
     "decide_effects",
+    "effect_mistakes",
 ]

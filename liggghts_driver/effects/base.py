@@ -7,6 +7,7 @@ deck lines stand in ``templates/effects/<name>.j2``; ``values`` gives that fragm
 
 from __future__ import annotations
 
+import math
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, ClassVar, Literal
@@ -60,6 +61,16 @@ class Weight:
 
 
 @dataclass(frozen=True)
+class Setting:
+    """A number of an effect, ``[effects.settings.<effect>]`` in the scene; default 0."""
+
+    unit: str
+    meaning: str
+    at_least: float = 0.0
+    at_most: float = math.inf
+
+
+@dataclass(frozen=True)
 class Decision:
     """An effect of a scene: in or out, and why."""
 
@@ -82,12 +93,19 @@ class Effect(ABC):
     needs: ClassVar[tuple[str, ...]] = ()
     #: Names of effects that cannot be in the same deck.
     conflicts: ClassVar[tuple[str, ...]] = ()
+    #: Its own numbers, for an effect that has no table in the scene's model.
+    settings: ClassVar[Mapping[str, Setting]] = {}
     #: Keys of the scene, and their values, with which it is out; None where the problem needs it.
     without: ClassVar[Mapping[str, Any] | None] = None
 
     @abstractmethod
     def decide(self, scene: Scene) -> tuple[bool, str]:
         """Whether the scene calls for it, and why."""
+
+    def setting(self, scene: Scene, name: str) -> float:
+        """One of its own numbers, as the scene gives it; 0 if it does not."""
+        assert name in self.settings
+        return scene.effects.settings.get(self.name, {}).get(name, 0.0)
 
     @abstractmethod
     def weigh(self, case: Case) -> Weight:

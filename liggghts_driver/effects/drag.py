@@ -41,8 +41,7 @@ class Drag(Effect):
 
     def weigh(self, case: Case) -> Weight:
         """The Stokes number; below one a particle follows the fluid."""
-        scales = scales_of(case)
-        stokes = scales.relaxation_s * scales.speed_m_s / scales.length_m
+        stokes = scales_of(case).stokes
         meaning = "m / K over length / speed"
         return Weight("Stokes number", meaning, stokes, min(1.0, 1.0 / stokes))
 

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 
 class RollingResistance(Effect):
-    """Rolling resistance, the engine's elastic-plastic spring-dashpot model (epsd2)."""
+    """Rolling resistance: a torsional spring that yields at the torque mu_R r N (epsd2)."""
 
     name: ClassVar[str] = "rolling"
     title: ClassVar[str] = "rolling resistance"

@@ -11,6 +11,7 @@ import numpy as np
 from liggghts_driver.drag_plan import drag_relaxation_s
 from liggghts_driver.physics.drag import pressure_force_n
 from liggghts_driver.physics.spheres import sphere_volume_m3
+from liggghts_driver.prediction import pore_velocity_m_s
 from liggghts_driver.timestep import fluid_speed_m_s
 
 if TYPE_CHECKING:
@@ -34,7 +35,8 @@ class Scales:
     pressure_n, weight_n
         Pressure force (Eq. 20) and weight; zero where there is none.
     carried_n
-        Drag of the moving fluid on the particle at rest; zero where there is none.
+        Drag of the moving fluid on the particle at rest: inside the specimen, where the flow is
+        measured, or in the box; zero where there is none.
     """
 
     radius_m: float
@@ -47,8 +49,15 @@ class Scales:
     carried_n: float
 
     @property
+    def stokes(self) -> float:
+        """Stokes number: way on which drag stops the particle, over the length."""
+        return self.relaxation_s * self.speed_m_s / self.length_m
+
+    @property
     def inertia_n(self) -> float:
-        """Force that stops the particle within the length, m v^2 / L."""
+        """Force that stops the particle within the length, m v^2 / L; zero where drag does it."""
+        if self.stokes < 1.0:
+            return 0.0
         return self.mass_kg * self.speed_m_s**2 / self.length_m
 
 
@@ -76,10 +85,15 @@ def scales_of(case: Case) -> Scales:
 
 
 def _carried_n(case: Case, mass_kg: float) -> float:
-    speed = fluid_speed_m_s(case.scene, case.layout)
+    scene = case.scene
+    if scene.specimen is None:
+        speed = fluid_speed_m_s(scene, case.layout)
+    else:
+        inside = scene.fluid is not None and scene.fluid.velocity_inside == "pore"
+        speed = abs(pore_velocity_m_s(scene)) if inside else 0.0
     if speed == 0.0:
         return 0.0
-    return mass_kg * speed / drag_relaxation_s(case.scene, case.population, speed)
+    return mass_kg * speed / drag_relaxation_s(scene, case.population, speed)
 
 
 def share(force_n: float, others_n: float) -> float:

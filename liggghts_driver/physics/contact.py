@@ -77,6 +77,30 @@ def largest_overlap_m(a: Body, b: Body, relative_speed_m_s: float) -> float:
     return float((energy / coefficient) ** 0.4)
 
 
+def pull_off_force_n(a: Body, b: Body, energy_density_j_m3: float) -> float:
+    """Force that parts two bodies held together by a cohesion energy density [N].
+
+    Spheres that overlap by d << r* cut each other in a circle of area 2 pi r* d. The attraction
+    C 2 pi r* d and Hertz's repulsion leave the force (repulsion positive)
+
+        F(d) = (4/3) E* sqrt(r*) d^(3/2) - 2 pi C r* d,
+
+    least where 2 E* sqrt(r* d) = 2 pi C r*, at d = r* (pi C / E*)^2. There the repulsion is two
+    thirds of the attraction, and F = -(2/3) pi C r* d = -(2/3) pi^3 C^3 r*^2 / E*^2. The circle's
+    exact area makes the force smaller by about (3/8) d / r* of itself for equal spheres and by
+    (3/2) d / r* for a sphere on a plane.
+
+    Parameters
+    ----------
+    a, b
+        The partners.
+    energy_density_j_m3
+        C, the attraction per area of the circle.
+    """
+    radius, modulus = effective_radius_m(a, b), effective_modulus_pa(a, b)
+    return 2.0 / 3.0 * (math.pi * energy_density_j_m3) ** 3 * radius**2 / modulus**2
+
+
 def elastic_duration_s(a: Body, b: Body, relative_speed_m_s: float) -> float:
     """The same duration as Eq. 21 without its rounded factor [s]."""
     return _DURATION_PER_OVERLAP * largest_overlap_m(a, b, relative_speed_m_s) / relative_speed_m_s

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import jinja2
 
-from liggghts_driver.effects import decide_effects
+from liggghts_driver.prepare import decisions_of
 from liggghts_driver.report.facts import overview, provenance
 from liggghts_driver.report.listing import scene_listing
 from liggghts_driver.report.numbers import number
@@ -78,7 +78,7 @@ def render_page(
             figures={figure.name: figure for figure in figures},
             snapshots=snapshots,
             overview=overview(results),
-            effects=decide_effects(case.scene),
+            effects=decisions_of(case),
             listing=scene_listing(case.scene),
             deck=deck,
             provenance=provenance(results),

@@ -30,6 +30,21 @@ Line = Annotated[str, Strict(), Field(pattern=r"^[^\x00-\x08\x0a-\x1f\x7f\x85\u2
 Face = Literal["x-", "x+", "y-", "y+", "z-", "z+"]
 
 
+class FrozenDict(dict[str, Any]):
+    """A dictionary that never changes after reading, as everything in a scene."""
+
+    def __hash__(self) -> int:  # type: ignore[override]
+        return hash(tuple(sorted(self.items())))
+
+    def _refuse(self, *_: Any, **__: Any) -> Any:
+        raise TypeError("a scene is frozen")
+
+    __setitem__ = __delitem__ = update = setdefault = pop = popitem = clear = __ior__ = _refuse
+
+
+Numbers = Annotated[dict[str, Number], AfterValidator(FrozenDict)]
+
+
 def key(unit: str, meaning: str, default: Any = ..., **bounds: Any) -> Any:
     """A documented key: its unit (``""`` for a pure number), its meaning, its bounds."""
     return Field(default, description=meaning, json_schema_extra={"unit": unit}, **bounds)
@@ -124,6 +139,12 @@ class Contact(Table):
     )
     friction: Number = key("", "Coulomb friction coefficient, mu_S = mu_D", 0.0, ge=0)
     rolling_friction: Number = key("", "rolling resistance coefficient, mu_R", 0.0, ge=0)
+    cohesion_energy_density: Number = key(
+        "J/m3",
+        "attraction of bodies that touch, per area in which they cut each other; none across a gap",
+        0.0,
+        ge=0,
+    )
     largest_overlap: Number = key(
         "", "largest overlap of a contact, over the smaller radius, in a valid answer", 0.01, gt=0
     )
@@ -228,6 +249,9 @@ class Effects(Table):
         0.0,
         ge=0,
         lt=1,
+    )
+    settings: Annotated[dict[str, Numbers], AfterValidator(FrozenDict)] = key(
+        "", "numbers of effects that have no table of their own: [effects.settings.NAME]", {}
     )
 
 

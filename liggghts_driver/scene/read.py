@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import difflib
+import importlib
 import json
 import re
 import tomllib
@@ -65,10 +66,17 @@ def make_scene(data: Mapping[str, Any], source: str = "scene") -> Scene:
         mistakes = [_explain(detail) for detail in details]
         mistakes += contradictions_beside(data, [detail["loc"] for detail in details])
         raise SceneError(_message(source, mistakes)) from None
-    mistakes = scene_mistakes(scene)
+    mistakes = scene_mistakes(scene) or _effect_mistakes(scene)
     if mistakes:
         raise SceneError(_message(source, mistakes))
     return scene
+
+
+def _effect_mistakes(scene: Scene) -> list[Mistake]:
+    """What the effects find wrong; they come after the scene in the package, hence by name."""
+    effects = importlib.import_module("liggghts_driver.effects")
+    found: list[Mistake] = effects.effect_mistakes(scene)
+    return found
 
 
 def _message(source: str, mistakes: Sequence[Mistake]) -> str:

@@ -63,6 +63,10 @@ def main() -> None:
             parts.append(_schemes(case, start, steps, Path(folder) / start.name, options.repeats))
             parts.append(_ranks(case, start, steps, Path(folder) / start.name, options.repeats))
         parts += [
+            _effects(case, start, Path(folder) / start.name, options.repeats)
+            for start in (dilute, dense)
+        ]
+        parts += [
             _skins(case, start, Path(folder) / start.name, options.repeats)
             for start in (dilute, flowing, dense)
         ]
@@ -159,6 +163,19 @@ def _ranks(case: Case, start: drag.Start, steps: dict[str, int], folder: Path, r
         f"Two ranks, {start.name}, `held`: {one.over(across)} times as fast as one; with the "
         f"domain cut along the flow, as the engine would, {one.over(along)} times.\n"
     )
+
+
+def _effects(case: Case, start: drag.Start, folder: Path, repeats: int) -> str:
+    """What each effect adds to a step of the contacts alone."""
+    print(f"effects, {start.name}", flush=True)
+    tasks = {
+        name: drag.stepping_task(case, start, name, 2000, folder / "effects")
+        for name in ("contacts only", *drag.EFFECTS)
+    }
+    samples = interleave(tasks, repeats)
+    own = samples["contacts only"]
+    shown = [f"{name} {sample.over(own)}" for name, sample in samples.items() if sample is not own]
+    return f"Effects beside the contacts, {start.name}, over contacts only: {'; '.join(shown)}.\n"
 
 
 def _skins(case: Case, start: drag.Start, folder: Path, repeats: int) -> str:

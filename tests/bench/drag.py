@@ -28,6 +28,13 @@ if TYPE_CHECKING:
 
     from liggghts_driver.population import Population
 
+#: Effects beside the contacts: what each one sets in the scene.
+EFFECTS: dict[str, dict[str, dict[str, Any]]] = {
+    "friction": {"contact": {"friction": 0.3}},
+    "friction and rolling": {"contact": {"friction": 0.3, "rolling_friction": 0.05}},
+    "cohesion": {"contact": {"cohesion_energy_density": 1.0}},
+    "gravity": {"gravity": {"acceleration": (0.0, 0.0, -1e-3)}},
+}
 #: Each variant's keys of [drag]; None: the fluid is left out of the scene.
 VARIANTS: dict[str, dict[str, str] | None] = {
     "contacts only": None,
@@ -36,6 +43,7 @@ VARIANTS: dict[str, dict[str, str] | None] = {
     "held, by addforce": {"scheme": "held", "carrier": "addforce"},
     "exact": {"scheme": "exact"},
     "written by hand": None,
+    **dict.fromkeys(EFFECTS),
 }
 
 
@@ -112,6 +120,8 @@ def _variant(case: Case, start: Start, scheme: str, steps: int) -> Case:
         data["piston"]["mass"] = case.piston_mass_kg
     else:
         data["drag"] |= drag
+    for table, keys in EFFECTS.get(scheme, {}).items():
+        data[table] = data.get(table, {}) | keys
     scene = make_scene(data)
     # Whole refreshes, so that every scheme ends on one.
     count = case.time.refresh_every * max(1, math.ceil(steps / case.time.refresh_every))

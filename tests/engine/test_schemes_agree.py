@@ -54,7 +54,7 @@ def volumes(case: Case, folder: Path) -> NDArray[np.float64]:
     run = run_case(case, RunDirectory(folder))
     series = complete_series(read_series(run.directory.engine_series), case)
     return np.array(
-        [np.interp(TIMES, series["time_s"], series[f"volume_past_{s}_m3"]) for s in SECTIONS]
+        [np.interp(TIMES, series["time_s"], series[f"volume_{s}_m3"]) for s in SECTIONS]
     )
 
 
@@ -67,10 +67,12 @@ def test_the_schemes_agree_within_the_noise_of_replicates(tmp_path: Path) -> Non
     t = stats.t.ppf(1.0 - 0.05 / (2 * 2 * mean.size), REPLICATES - 1)
     noise = t * spread * np.sqrt(1.0 + 1.0 / REPLICATES)
     # Figures for the documentation: shown with `pytest -s`.
-    print(f"\nheld: {mean} m3, spread {spread / mean}")  # noqa: T201
+    final = mean[:, -1:]
+    print(f"\nheld: {mean} m3, spread over the final {spread / final}")  # noqa: T201
     for scheme in ("implicit", "exact"):
-        found = volumes(case_with(scheme), tmp_path / scheme)
-        print(f"{scheme}: off by {found / mean - 1.0}, of {noise / mean} allowed")  # noqa: T201
-        assert np.all(np.abs(found - mean) < noise), scheme
+        off = volumes(case_with(scheme), tmp_path / scheme) - mean
+        print(f"{scheme}: off by {off / final} of {noise / final} allowed")  # noqa: T201
+        # Equal where nothing has come yet.
+        assert np.all(np.abs(off) <= noise), scheme
     # The comparison could tell: the noise is small beside what is compared.
-    assert np.all(noise < 0.1 * mean)
+    assert np.all(noise < 0.1 * final)

@@ -1,0 +1,1 @@
+"""Studies: one scene run many times, with one thing changed at a time."""

@@ -1,0 +1,72 @@
+"""Differences between two variants that were run with the same seeds."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+from scipy.stats import t as student
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+_CONFIDENCE = 0.95
+
+
+@dataclass(frozen=True)
+class Change:
+    """A relative change, the mean over replicates.
+
+    ``ci95`` is the half-width of its 95 % interval; None with one replicate, which has none.
+    """
+
+    mean: float
+    ci95: float | None
+    replicates: int
+
+
+@dataclass(frozen=True)
+class Ratio:
+    """Median, smallest and largest of a ratio over replicates."""
+
+    median: float
+    smallest: float
+    largest: float
+    replicates: int
+
+
+def ratios(variant: Mapping[int, float], base: Mapping[int, float]) -> list[float]:
+    """Variant over base by seed, of the seeds that both have and where the base is not zero."""
+    return [variant[seed] / base[seed] for seed in sorted(variant) if base.get(seed, 0.0) != 0.0]
+
+
+def paired_change(variant: Mapping[int, float], base: Mapping[int, float]) -> Change | None:
+    """Mean of variant / base - 1 with Student's interval over the replicates; None without a pair.
+
+    Parameters
+    ----------
+    variant, base
+        One value for each seed.
+    """
+    changes = np.array(ratios(variant, base)) - 1.0
+    count = len(changes)
+    if count == 0:
+        return None
+    if count == 1:
+        return Change(float(changes[0]), None, 1)
+    quantile = float(student.ppf((1.0 + _CONFIDENCE) / 2.0, count - 1))
+    error = float(changes.std(ddof=1)) / math.sqrt(count)
+    return Change(float(changes.mean()), quantile * error, count)
+
+
+def paired_ratio(variant: Mapping[int, float], base: Mapping[int, float]) -> Ratio | None:
+    """Variant over base: median and range over the replicates; None without a pair.
+
+    The median, since a machine that is busy for a while makes single runs slow, never fast.
+    """
+    found = ratios(variant, base)
+    if not found:
+        return None
+    return Ratio(float(np.median(found)), min(found), max(found), len(found))
