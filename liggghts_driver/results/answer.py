@@ -61,7 +61,7 @@ def analyse(run: FinishedRun) -> Answer:
     results = {
         "verdict": verdict.verdict,
         "reasons": list(verdict.reasons),
-        "notes": _notes(velocity),
+        "notes": _notes(case, velocity),
         "title": case.scene.title,
         "counts": {
             "asked": case.population.asked,
@@ -87,11 +87,17 @@ def analyse(run: FinishedRun) -> Answer:
     return Answer(series, plain(results))
 
 
-def _notes(velocity: SeriesMean | None) -> list[str]:
+def _notes(case: Case, velocity: SeriesMean | None) -> list[str]:
     """What a reader should know although the verdict, which is about the flow, stands."""
-    if velocity is None or velocity.steady:
-        return []
-    return [f"the mean velocity of the flowing particles is not steady: {velocity.reason}"]
+    notes = []
+    if velocity is not None and not velocity.steady:
+        reason = velocity.reason
+        notes.append(f"the mean velocity of the flowing particles is not steady: {reason}")
+    if case.screened:
+        names = ", ".join(case.screened)
+        limit = case.identity.effects.screen
+        notes.append(f"left out as too weak (effects.screen = {limit:g}): {names}")
+    return notes
 
 
 def _rates(case: Case, series: pd.DataFrame) -> dict[str, Rate]:
