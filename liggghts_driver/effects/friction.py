@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 from liggghts_driver.effects import costs
 from liggghts_driver.effects.base import Effect, Slot, Weight
 from liggghts_driver.effects.contacts import pairwise
+from liggghts_driver.effects.scales import PILED_UP
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -37,10 +38,14 @@ class Friction(Effect):
         return False, "friction = 0: no tangential force, so no contact history"
 
     def weigh(self, case: Case) -> Weight:
-        """The friction angle; the share is what a contact force can have along the surface."""
+        """The friction angle; the share is larger than the coefficient.
+
+        Where particles pile up friction builds arches: see ``scales.PILED_UP``.
+        """
         mu = case.scene.contact.friction
         angle = math.degrees(math.atan(mu))
-        return Weight("friction angle", "arctan of the coefficient, degrees", angle, min(1.0, mu))
+        meaning = "arctan of the coefficient, degrees"
+        return Weight("friction angle", meaning, angle, min(1.0, PILED_UP * mu))
 
     def cost(self, case: Case) -> float:  # noqa: ARG002
         """Tangential springs and their history."""

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 from liggghts_driver.effects import costs
 from liggghts_driver.effects.base import Effect, Slot, Weight
 from liggghts_driver.effects.contacts import pairwise
+from liggghts_driver.effects.scales import PILED_UP
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -34,10 +35,10 @@ class RollingResistance(Effect):
         return False, "rolling_friction = 0: no resisting torque"
 
     def weigh(self, case: Case) -> Weight:
-        """The largest torque over normal force times radius."""
+        """The largest torque over normal force times radius; the share is larger in a pile."""
         mu = case.scene.contact.rolling_friction
         meaning = "largest torque over normal force x radius"
-        return Weight("rolling resistance", meaning, mu, min(1.0, mu))
+        return Weight("rolling resistance", meaning, mu, min(1.0, PILED_UP * mu))
 
     def cost(self, case: Case) -> float:  # noqa: ARG002
         """Rolling springs and their history."""
