@@ -104,12 +104,12 @@ def _drag(case: Case) -> dict[str, Any] | None:
     time = case.time
     if not time.drag_scheme:
         return None
-    kept = time.keeps_drag
+    kept, chosen = time.keeps_drag, case.scene.drag.refresh is None
     return {
         "scheme": time.drag_scheme,
         "refresh_every_steps": time.refresh_every if kept else 1,
         "refresh_interval_s": time.refresh_every * time.step_s if kept else time.step_s,
-        "velocity_tolerance": case.scene.drag.tolerance if kept else None,
+        "velocity_tolerance": case.scene.drag.tolerance if kept and chosen else None,
         "largest_reynolds": _largest_reynolds(case),
     }
 

@@ -97,7 +97,7 @@ def test_reasons_name_what_decides():
     }
     assert "0.25" in reasons["friction"]
     assert "rolling_friction = 0" in reasons["rolling"]
-    assert "cohesion_energy_density = 0" in reasons["cohesion"]
+    assert "cohesion energy density 0" in reasons["cohesion"]
     assert "10 Pa/m inside" in reasons["pressure"]
     assert "0.001 Pa s" in reasons["drag"]
     assert "9.81" in reasons["gravity"]

@@ -171,11 +171,13 @@ def _duration(seconds: float) -> str:
 
 def _drag(facts: Mapping[str, Any]) -> str:
     text = f"drag: Re up to {facts['largest_reynolds']:.3g}; {facts['scheme']} scheme"
-    if facts["velocity_tolerance"] is None:
-        return f"{text}, computed at every step"
     every, interval = facts["refresh_every_steps"], facts["refresh_interval_s"]
-    error = 100.0 * facts["velocity_tolerance"]
+    if facts["scheme"] == "exact":
+        return f"{text}, computed at every step"
     pace = f"every {every} steps ({interval:.3g} s)"
+    if facts["velocity_tolerance"] is None:
+        return f"{text}, computed {pace}, as drag.refresh asks"
+    error = 100.0 * facts["velocity_tolerance"]
     return f"{text}, computed {pace}, to {error:.2g} % of a velocity"
 
 

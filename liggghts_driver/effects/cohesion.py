@@ -47,7 +47,7 @@ class Cohesion(Effect):
         density = scene.contact.cohesion_energy_density
         if density > 0:
             return True, f"{density:g} J/m3 of contact area (sjkr); none across a gap"
-        return False, "cohesion_energy_density = 0: no attraction"
+        return False, "no attraction: cohesion energy density 0"
 
     def weigh(self, case: Case) -> Weight:
         """The Bond number: the strongest pull-off force over the largest of the other forces."""

@@ -5,9 +5,11 @@ Each check yields every mistake it finds, so that one message can name them all.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from liggghts_driver.physics.contact import Body, effective_modulus_pa
 from liggghts_driver.scene.layout import layout, particle_fraction
 
 if TYPE_CHECKING:
@@ -32,7 +34,10 @@ class Mistake:
 
 def scene_mistakes(scene: Scene) -> list[Mistake]:
     """Every contradiction between the tables of a scene."""
-    checks = (_domain, _population, _radii, _specimen, _contact, _fluid, _piston, _time, _spheres)
+    checks = (
+        _domain, _population, _radii, _specimen, _contact, _cohesion, _fluid, _piston, _time,
+        _spheres,
+    )  # fmt: skip
     mistakes = [mistake for check in checks for mistake in check(scene)]
     # How full the suspension is can be asked only of a scene without contradictions.
     return mistakes or list(_fullness(scene))
@@ -130,6 +135,32 @@ def _contact(scene: Scene) -> Iterator[Mistake]:
             contact.rolling_friction,
             "without friction nothing makes a sphere roll",
             "set contact.friction above 0, or rolling_friction = 0",
+        )
+
+
+def _cohesion(scene: Scene) -> Iterator[Mistake]:
+    """Cohesion must not press bodies together further than an overlap may be.
+
+    Without a load Hertz's repulsion 4/3 E* sqrt(r*) d^1.5 balances the attraction 2 pi r* C d at
+    d = r* (3 pi C / 2 E*)^2, most for a wall, whose r* is the particle's radius.
+    """
+    density = scene.contact.cohesion_energy_density
+    kinds = (scene.particles, scene.grains, scene.walls)
+    materials = [
+        (table.youngs_modulus, table.poissons_ratio or 0.0)
+        for table in kinds
+        if table is not None and table.youngs_modulus is not None
+    ]
+    particle, *others = [Body(math.inf, math.inf, *material) for material in materials]
+    softest = min(effective_modulus_pa(particle, other) for other in (particle, *others))
+    largest = 2.0 * softest / (3.0 * math.pi) * math.sqrt(scene.contact.largest_overlap)
+    if density > largest:
+        yield Mistake(
+            "contact.cohesion_energy_density",
+            density,
+            f"bodies would overlap by more than contact.largest_overlap = "
+            f"{scene.contact.largest_overlap:g} of a radius by themselves",
+            f"give at most {largest:.3g} J/m3, stiffer bodies, or a larger overlap",
         )
 
 

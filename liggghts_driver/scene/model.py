@@ -237,7 +237,9 @@ class Gravity(Table):
     """A uniform body acceleration."""
 
     acceleration: Vector = key("m/s2", "acceleration of gravity", (0.0, 0.0, -9.81))
-    buoyancy: Switch = key("", "particles are buoyed up by the fluid that they displace", True)
+    buoyancy: Switch = key(
+        "", "switch: true if the fluid that particles displace buoys them up", True
+    )
 
 
 class Effects(Table):
@@ -245,7 +247,7 @@ class Effects(Table):
 
     screen: Number = key(
         "",
-        "leave out effects whose estimated share of the particles' motion is below this; 0: none",
+        "estimated share of the particles' motion below which an effect is left out; 0: none is",
         0.0,
         ge=0,
         lt=1,
