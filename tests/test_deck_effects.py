@@ -15,6 +15,10 @@ GRAINS = {"youngs_modulus": 1.0e7, "poissons_ratio": 0.25}
 #: Switches of the collision scene: changes, and the words that then stand in the deck's commands.
 SWITCHES = {
     "friction": ({"contact.friction": 0.3}, {"coefficientFriction", "history", "nve/sphere"}),
+    "near_field": (
+        {"near_field": {"force": 1e-6, "reach": 5e-4}},
+        {"hybrid/overlay", "soft"},
+    ),
     "cohesion": (
         {"contact.cohesion_energy_density": 1.0e4},
         {"cohesion", "cohesionEnergyDensity", "sjkr"},

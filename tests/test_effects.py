@@ -24,6 +24,7 @@ SWITCHES = {
     "friction": {"contact.friction": 0.3},
     "rolling": {"contact.friction": 0.3, "contact.rolling_friction": 0.1},
     "cohesion": {"contact.cohesion_energy_density": 1.0e4},
+    "near_field": {"near_field": {"force": 1e-6, "reach": 5e-4}},
     "grains": {"spheres": [*COLLISION["spheres"], GRAIN], "grains": GRAINS},
     "walls": {"box.walls": ["x+", "z-"]},
     "piston": {"piston": PISTON},

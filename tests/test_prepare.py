@@ -79,6 +79,7 @@ def test_without_leaves_an_effect_out(name):
             "contact.friction": 0.3,
             "contact.rolling_friction": 0.05,
             "contact.cohesion_energy_density": 10.0,
+            "near_field": {"force": 1e-6, "reach": 5e-4},
         },
     )
     before = {effect.name for effect in active_effects(scene)}

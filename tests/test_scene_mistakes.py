@@ -51,6 +51,8 @@ ALONE = [
     (COLLISION, {"seed": -1}, "seed", "-1", "0", "random"),
     (COLLISION, {"title": 7}, "title", "7", "string", "line"),
     (COLLISION, {"box.walls": ["y"]}, r"box.walls\[0\]", "'y'", "'x-', 'x\\+'", ""),
+    (INFILTRATION, {"near_field": {"force": 1e-6, "reach": 0.004}}, "near_field.reach", "0.004",
+     "diameter, 0.003 m", "shorten"),
     (INFILTRATION, {"contact.cohesion_energy_density": 1e8}, "contact.cohesion_energy_density",
      "1e8|100000000.0", "by themselves", "at most 2.06e\\+04 J/m3"),
     (INFILTRATION, {"drag.scheme": "fast"}, "drag.scheme", "'fast'",

@@ -73,6 +73,7 @@ def build_deck(
         **_time(case),
         **_counting(case),
         **_output(case),
+        "overlays": [o for effect in active if (o := effect.overlay(case)) is not None],
         "columns": _columns(case, active),
         "refresh": _refresh(case, active),
         "coupling": uses_coupling(case),

@@ -40,6 +40,14 @@ class Refresh:
 
 
 @dataclass(frozen=True)
+class Overlay:
+    """A pair style laid over the contacts: its words, and its ``pair_coeff`` lines."""
+
+    style: str
+    coefficients: tuple[str, ...]
+
+
+@dataclass(frozen=True)
 class Weight:
     """How much an effect counts in a case.
 
@@ -122,6 +130,10 @@ class Effect(ABC):
     def values(self, case: Case) -> dict[str, object]:  # noqa: ARG002
         """Numbers and texts for the effect's fragment of the deck."""
         return {}
+
+    def overlay(self, case: Case) -> Overlay | None:  # noqa: ARG002
+        """The pair style that it lays over the contacts; None for most."""
+        return None
 
     def columns(self, case: Case) -> tuple[Column, ...]:  # noqa: ARG002
         """Columns that the effect adds to the series."""

@@ -35,8 +35,8 @@ class Mistake:
 def scene_mistakes(scene: Scene) -> list[Mistake]:
     """Every contradiction between the tables of a scene."""
     checks = (
-        _domain, _population, _radii, _specimen, _contact, _cohesion, _fluid, _piston, _time,
-        _spheres,
+        _domain, _population, _radii, _specimen, _contact, _near_field, _cohesion, _fluid,
+        _piston, _time, _spheres,
     )  # fmt: skip
     mistakes = [mistake for check in checks for mistake in check(scene)]
     # How full the suspension is can be asked only of a scene without contradictions.
@@ -136,6 +136,19 @@ def _contact(scene: Scene) -> Iterator[Mistake]:
             "without friction nothing makes a sphere roll",
             "set contact.friction above 0, or rolling_friction = 0",
         )
+
+
+def _near_field(scene: Scene) -> Iterator[Mistake]:
+    """The sine falls from contact to its end only if it reaches less than a diameter."""
+    if scene.near_field is None:
+        return
+    reach = scene.near_field.reach
+    radius = scene.particles.radius_mean or min(
+        (sphere.radius for sphere in scene.spheres if sphere.kind == "particle"), default=math.inf
+    )
+    if reach >= 2.0 * radius:
+        bound = f"must be below the particles' diameter, {2.0 * radius:g} m"
+        yield Mistake("near_field.reach", reach, bound, "shorten it")
 
 
 def _cohesion(scene: Scene) -> Iterator[Mistake]:

@@ -150,6 +150,13 @@ class Contact(Table):
     )
 
 
+class NearField(Table):
+    """Attraction of particles across a gap: a sine of the distance between their centres."""
+
+    force: Number = key("N", "attraction of two particles of the mean radius that touch", gt=0)
+    reach: Number = key("m", "gap between two particles of the mean radius where it ends", gt=0)
+
+
 class Specimen(Table):
     """The porous solid: grains cut by a cuboid from x = 0 to x = length."""
 
@@ -300,6 +307,7 @@ class Scene(Table):
     box: Box | None = None
     walls: Walls = Walls(youngs_modulus=None, poissons_ratio=None)
     contact: Contact
+    near_field: NearField | None = None
     fluid: Fluid | None = None
     piston: Piston | None = None
     pressure: Pressure | None = None

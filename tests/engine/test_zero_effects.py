@@ -128,6 +128,11 @@ ZEROS = [
     Zero("friction", {}, {"contact.friction": 0.2}),
     Zero("rolling", {}, {"contact.rolling_friction": 0.1}, {"contact.friction": 0.2}),
     Zero("cohesion", {}, {"contact.cohesion_energy_density": 1e3}),
+    Zero(
+        "near_field",
+        {"near_field": {"force": LEAST, "reach": 1e-3}},
+        {"near_field": {"force": 1e-3, "reach": 1e-3}},
+    ),
     Zero("rotation", {}, {"contact.friction": 0.2}),
     Zero("pressure", {"pressure": {"gradient": 0.0}}, {"pressure": {"gradient": 1.0}}),
     *(
