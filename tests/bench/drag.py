@@ -33,6 +33,7 @@ EFFECTS: dict[str, dict[str, dict[str, Any]]] = {
     "friction": {"contact": {"friction": 0.3}},
     "friction and rolling": {"contact": {"friction": 0.3, "rolling_friction": 0.05}},
     "cohesion": {"contact": {"cohesion_energy_density": 1.0}},
+    "near field": {"near_field": {"force": 1e-7, "reach": 5e-4}},
     "gravity": {"gravity": {"acceleration": (0.0, 0.0, -1e-3)}},
 }
 #: Each variant's keys of [drag]; None: the fluid is left out of the scene.
