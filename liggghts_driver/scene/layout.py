@@ -13,7 +13,8 @@ from typing import TYPE_CHECKING
 from liggghts_driver.packing.radii import mean_sphere_volume
 
 if TYPE_CHECKING:
-    from liggghts_driver.scene.model import Face, Radii, Scene
+    from liggghts_driver.scene.fields import Face
+    from liggghts_driver.scene.model import Radii, Scene
 
 FACES: tuple[Face, ...] = ("x-", "x+", "y-", "y+", "z-", "z+")
 
