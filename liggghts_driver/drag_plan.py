@@ -6,8 +6,6 @@ import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Literal
 
-import numpy as np
-
 from liggghts_driver.errors import SceneError
 from liggghts_driver.physics.drag import BRANCHES, drag_coefficient_n_s_m, reynolds
 
@@ -47,7 +45,7 @@ def plan_drag(
     SceneError
         If ``drag.refresh`` is so long that held forces would grow without bound.
     """
-    if scene.fluid is None or scene.drag.scheme == "none":
+    if scene.dragging_fluid is None:
         return None
     if not population.particles:
         return DragPlan(_scheme(scene, 0.0, math.inf, step_s), _samples_s(scene), math.inf)
@@ -90,7 +88,7 @@ def drag_relaxation_s(scene: Scene, population: Population, slip_m_s: float) -> 
     coefficient = drag_coefficient_n_s_m(
         scene.fluid.density, scene.fluid.viscosity, radii, slip_m_s
     )
-    masses = scene.particles.density * 4.0 / 3.0 * np.pi * radii**3
+    masses = scene.particles.density * population.particle_volumes_m3
     return float((masses / coefficient).min())
 
 

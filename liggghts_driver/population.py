@@ -61,6 +61,12 @@ class Population:
         return self.radii_m[: self.particles]
 
     @property
+    def particle_volumes_m3(self) -> NDArray[np.float64]:
+        """Volumes of the particles, in the order of their ids."""
+        volumes: NDArray[np.float64] = 4.0 / 3.0 * np.pi * self.particle_radii_m**3
+        return volumes
+
+    @property
     def particle_volume_m3(self) -> float:
         """Volume of all particles together."""
         return float(sum(sphere_volume_m3(r) for r in self.particle_radii_m.tolist()))

@@ -93,8 +93,8 @@ def _piston_speed(scene: Scene, layout: Layout) -> float:
 
 
 def _fluid_speed(scene: Scene) -> float:
-    fluid = scene.fluid
-    if fluid is None or scene.drag.scheme == "none":
+    fluid = scene.dragging_fluid
+    if fluid is None:
         return 0.0
     inside = abs(pore_velocity_m_s(scene)) if fluid.velocity_inside == "pore" else 0.0
     if fluid.velocity_outside == "constant":
@@ -128,15 +128,14 @@ def _driven_speed(scene: Scene, layout: Layout, population: Population) -> float
     gradient = abs(scene.pressure.gradient) if scene.pressure else 0.0
     gravity = math.hypot(*scene.gravity.acceleration) if scene.gravity else 0.0
     # A fluid denser than the particles drives them upwards, with more than their weight.
-    buoyed = scene.fluid is not None and scene.gravity is not None and scene.gravity.buoyancy
-    buoyant = abs(1.0 - scene.fluid.density / density) if scene.fluid and buoyed else 1.0
+    buoyant = abs(1.0 - scene.buoyed_share)
     acceleration = 1.5 * gradient / density + buoyant * gravity
     diagonal = math.dist(layout.low, layout.high)
     falling = math.sqrt(2.0 * acceleration * diagonal)
-    if scene.fluid is None or scene.drag.scheme == "none":
+    fluid = scene.dragging_fluid
+    if fluid is None:
         return falling
     force = density * sphere_volume_m3(radius) * acceleration
-    fluid = scene.fluid
     return min(falling, free_flight_speed_m_s(fluid.density, fluid.viscosity, radius, force))
 
 
@@ -146,12 +145,13 @@ def _initial_speed(population: Population) -> float:
     return float(speeds[-2:].sum()) / 2.0
 
 
-def _free_bounds(scene: Scene, layout: Layout, population: Population) -> list[Bound]:
+def _free_bounds(
+    scene: Scene, layout: Layout, population: Population, speed_m_s: float
+) -> list[Bound]:
     """Every bound on the time step but that of the drag."""
-    speed = speed_bound_m_s(scene, layout, population)
     longest = scene.time.duration / scene.output.samples
     return [
-        *contact_bounds(scene, layout, population, speed),
+        *contact_bounds(scene, layout, population, speed_m_s),
         Bound("duration", longest, "one step per sample"),
     ]
 
@@ -222,11 +222,11 @@ def plan_time(scene: Scene, layout: Layout, population: Population) -> TimePlan:
     SceneError
         If ``time.step`` is above a bound, naming the bound, its value and the way out.
     """
-    bounds = _free_bounds(scene, layout, population)
+    speed = speed_bound_m_s(scene, layout, population)
+    bounds = _free_bounds(scene, layout, population, speed)
     free = min(bound.step_s for bound in bounds)
     # The bound on the speed is for two particles that meet head-on; the fluid is not one of them.
-    slip = speed_bound_m_s(scene, layout, population) / 2.0
-    drag = plan_drag(scene, population, slip, scene.time.step or free)
+    drag = plan_drag(scene, population, speed / 2.0, scene.time.step or free)
     if drag is not None and drag.scheme != "implicit" and population.particles:
         bounds.append(_drag_bound(drag))
     bounds.sort(key=lambda bound: bound.step_s)

@@ -7,12 +7,14 @@ import shutil
 import signal
 from typing import TYPE_CHECKING
 
+import fake_engine
 import pytest
 
 from liggghts_driver.engine.find import BINARY_VARIABLE
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Callable, Iterator
+    from pathlib import Path
 
 
 def pytest_configure() -> None:
@@ -29,6 +31,20 @@ def _own_cache(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("XDG_CACHE_HOME", str(tmp_path_factory.mktemp("cache")))
         yield
+
+
+@pytest.fixture(scope="session")
+def binary(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The stand-in for the engine as a program."""
+    return fake_engine.install(tmp_path_factory.mktemp("engine"))
+
+
+@pytest.fixture
+def engine(binary: Path, monkeypatch: pytest.MonkeyPatch) -> Callable[[str], None]:
+    """The stand-in in the engine's place, and how to choose its behaviour."""
+    monkeypatch.setenv(BINARY_VARIABLE, str(binary))
+    monkeypatch.setenv("FAKE_ENGINE", "")
+    return lambda behaviour: monkeypatch.setenv("FAKE_ENGINE", behaviour)
 
 
 @pytest.hookimpl(tryfirst=True)

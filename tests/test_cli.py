@@ -10,7 +10,6 @@ import subprocess
 import sys
 import time
 
-import fake_engine
 import pytest
 from small_scenes import COLLISION, INFILTRATION, changed
 
@@ -56,19 +55,6 @@ def cli(monkeypatch, capsys, tmp_path):
         return Ended(int(code), out, err)
 
     return run
-
-
-@pytest.fixture(scope="module")
-def binary(tmp_path_factory):
-    return fake_engine.install(tmp_path_factory.mktemp("engine"))
-
-
-@pytest.fixture
-def engine(binary, monkeypatch):
-    """The stand-in for the engine, and how to choose its behaviour."""
-    monkeypatch.setenv("LIGGGHTS_DRIVER_BINARY", str(binary))
-    monkeypatch.setenv("FAKE_ENGINE", "")
-    return lambda behaviour: monkeypatch.setenv("FAKE_ENGINE", behaviour)
 
 
 @pytest.fixture

@@ -5,18 +5,12 @@ from __future__ import annotations
 import json
 import math
 
-import fake_engine
 import pytest
 from small_scenes import COLLISION, FLUID, INFILTRATION, case_of
 
 from liggghts_driver.results.answer import analyse
 from liggghts_driver.run import run_case
 from liggghts_driver.rundir import RunDirectory, scene_hash, templates_hash
-
-
-@pytest.fixture(scope="module")
-def binary(tmp_path_factory):
-    return fake_engine.install(tmp_path_factory.mktemp("engine"))
 
 
 @pytest.fixture

@@ -10,7 +10,6 @@ import sys
 import time
 from types import SimpleNamespace
 
-import fake_engine
 import numpy as np
 import pandas as pd
 import pytest
@@ -396,19 +395,6 @@ class TestFigure:
     def test_equal_data_give_equal_files(self, by_hand):
         results = by_hand(Engine())
         assert draw_effects(results) == draw_effects(results)
-
-
-@pytest.fixture(scope="module")
-def binary(tmp_path_factory):
-    return fake_engine.install(tmp_path_factory.mktemp("engine"))
-
-
-@pytest.fixture
-def engine(binary, monkeypatch):
-    """The stand-in for the engine, and how to choose its behaviour."""
-    monkeypatch.setenv("LIGGGHTS_DRIVER_BINARY", str(binary))
-    monkeypatch.setenv("FAKE_ENGINE", "")
-    return lambda behaviour: monkeypatch.setenv("FAKE_ENGINE", behaviour)
 
 
 @pytest.fixture

@@ -11,12 +11,10 @@ import typer
 from liggghts_driver import __version__
 from liggghts_driver.cli import show
 from liggghts_driver.cli.gradients import parse_gradients
+from liggghts_driver.cli.options import INTERRUPTED, Json, Overrides, SceneFile
 from liggghts_driver.cli.progress import follow
 from liggghts_driver.cli.study import study
 from liggghts_driver.scene import read_scene
-
-#: Exit code of a program that Ctrl-C ended.
-INTERRUPTED = 130
 
 app = typer.Typer(
     help="Turn a short scene description into a checked answer from the LIGGGHTS engine.",
@@ -27,15 +25,9 @@ app = typer.Typer(
 )
 app.add_typer(study, name="study")
 
-SceneFile = Annotated[Path, typer.Argument(help="Scene file (TOML).", show_default=False)]
-Overrides = Annotated[
-    Optional[list[str]],  # noqa: UP045 - typer reads this form on every Python
-    typer.Option("--set", metavar="SECTION.KEY=VALUE", help="Override a key of the scene."),
-]
-Json = Annotated[bool, typer.Option("--json", help="Print one JSON document and nothing else.")]
 Ranks = Annotated[int, typer.Option("--ranks", min=1, help="MPI processes.")]
 Out = Annotated[
-    Optional[Path],  # noqa: UP045
+    Optional[Path],  # noqa: UP045 - typer reads this form on every Python
     typer.Option("--out", help="Run directory; default: runs/<scene>-<hash>.", show_default=False),
 ]
 

@@ -8,12 +8,9 @@ from typing import Annotated, Optional
 
 import typer
 
+from liggghts_driver.cli.options import INTERRUPTED, Json, Overrides, SceneFile
 from liggghts_driver.scene import read_scene
 
-#: Exit code of a program that Ctrl-C ended.
-_INTERRUPTED = 130
-
-SceneFile = Annotated[Path, typer.Argument(help="Scene file (TOML).", show_default=False)]
 Out = Annotated[
     Optional[Path],  # noqa: UP045 - typer reads this form on every Python
     typer.Option(
@@ -25,11 +22,6 @@ Out = Annotated[
 Replicates = Annotated[
     int, typer.Option("--replicates", min=1, help="Seeds, the same for every variant.")
 ]
-Overrides = Annotated[
-    Optional[list[str]],  # noqa: UP045
-    typer.Option("--set", metavar="SECTION.KEY=VALUE", help="Override a key of the scene."),
-]
-Json = Annotated[bool, typer.Option("--json", help="Print one JSON document and nothing else.")]
 
 study = typer.Typer(
     help="Run a scene many times, with one thing changed at a time.",
@@ -66,7 +58,7 @@ def effects(
             "there",
             err=True,
         )
-        raise typer.Exit(_INTERRUPTED) from None
+        raise typer.Exit(INTERRUPTED) from None
     show_study.effects(results, folder, as_json=as_json)
     if any(run["failure"] is not None for run in results["runs"]):
         raise typer.Exit(1)

@@ -42,9 +42,7 @@ class Gravity(Effect):
         """Weight, less what the fluid carries, over the largest of the other forces."""
         scales, scene = scales_of(case), case.scene
         others = max(scales.pressure_n, scales.carried_n, scales.inertia_n)
-        buoyed = scene.fluid is not None and scene.gravity is not None and scene.gravity.buoyancy
-        ratio = scene.fluid.density / scene.particles.density if scene.fluid and buoyed else 0.0
-        weight = scales.weight_n * abs(1.0 - ratio)
+        weight = scales.weight_n * abs(1.0 - scene.buoyed_share)
         meaning = "weight (less buoyancy) over the largest other force"
         number = weight / others if others else math.inf
         return Weight("gravity number", meaning, number, share(weight, others))

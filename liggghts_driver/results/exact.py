@@ -51,9 +51,8 @@ def _check(name: str, simulated: float, exact: float) -> dict[str, Any]:
 
 def _lone_sphere(scene: Scene, last: Instant) -> list[dict[str, Any]]:
     """Free flight: the speed at which drag balances the pressure force (Eqs. 17-20)."""
-    fluid, pressure = scene.fluid, scene.pressure
+    fluid, pressure = scene.dragging_fluid, scene.pressure
     still = fluid is not None and fluid.velocity_outside == "still" and scene.gravity is None
-    still = still and scene.drag.scheme != "none"
     if fluid is None or pressure is None or not still or len(scene.spheres) != 1:
         return []
     radius = scene.spheres[0].radius

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -55,7 +54,7 @@ def volumes_past_sections(run: RunDirectory, case: Case) -> pd.DataFrame:
 
     Independent of the sums that the engine makes; columns as those of the series.
     """
-    volumes = 4.0 / 3.0 * math.pi * case.population.particle_radii_m**3
+    volumes = case.population.particle_volumes_m3
     rows = []
     for instant in iter_instants(run):
         x = instant.positions_m[:, 0]

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -82,7 +81,7 @@ def _start(raw: pd.DataFrame, case: Case) -> pd.DataFrame:
     """The row of step 0, from the population itself."""
     population = case.population
     speeds = np.linalg.norm(population.velocities_m_s[: population.particles], axis=1)
-    volumes = 4.0 / 3.0 * math.pi * population.particle_radii_m**3
+    volumes = population.particle_volumes_m3
     x = population.centres_m[: population.particles, 0]
     row = dict.fromkeys(raw.columns, 0.0)
     row["largest_speed_m_s"] = float(speeds.max(initial=0.0))

@@ -286,6 +286,18 @@ class Scene(Table):
     time: Time
     output: Output = Output()
 
+    @property
+    def dragging_fluid(self) -> Fluid | None:
+        """The fluid, if it drags the particles."""
+        return None if self.drag.scheme == "none" else self.fluid
+
+    @property
+    def buoyed_share(self) -> float:
+        """The share of a particle's weight that the displaced fluid carries."""
+        if self.fluid is None or self.gravity is None or not self.gravity.buoyancy:
+            return 0.0
+        return self.fluid.density / self.particles.density
+
 
 def table_class(annotation: Any) -> type[BaseModel] | None:
     """The table class inside ``Table``, ``Table | None`` or ``tuple[Table, ...]``."""

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -93,8 +92,8 @@ def _late_rate(series: pd.DataFrame, column: str) -> float:
 
 
 def _mass_kg(solution: Solution) -> float:
-    volumes = 4.0 / 3.0 * math.pi * solution.case.population.particle_radii_m**3
-    return float(solution.case.scene.particles.density * volumes.sum())
+    case = solution.case
+    return float(case.scene.particles.density * case.population.particle_volumes_m3.sum())
 
 
 def _distances(solution: Solution) -> Iterator[tuple[str, float]]:

@@ -15,8 +15,8 @@ import pytest
 
 from liggghts_driver.physics.contact import Body, elastic_duration_s
 
-from .hertz_reference import effective_modulus
 from .support import order, stepping
+from .test_friction import DENSITY, GRAVITY, MASS, MODULUS, NU, OVERLAP, RADIUS, SPEED
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -25,15 +25,6 @@ if TYPE_CHECKING:
 
 pytestmark = pytest.mark.engine
 
-RADIUS, DENSITY, MODULUS, NU = 1.5e-3, 2500.0, 1e7, 0.25
-MASS = DENSITY * 4.0 / 3.0 * math.pi * RADIUS**3
-GRAVITY, SPEED = 9.81, 0.1
-#: Overlap at which the plane carries the weight.
-OVERLAP = (
-    MASS
-    * GRAVITY
-    / (4.0 / 3.0 * effective_modulus((MODULUS, NU), (MODULUS, NU)) * math.sqrt(RADIUS))
-) ** (2.0 / 3.0)
 #: Distance of the centre from the contact, which the engine puts midway into the overlap.
 LEVER = RADIUS - OVERLAP / 2.0
 #: Stiffness of the tangential contact, 8 G* sqrt(r d), 1/G* = twice 2 (2 - nu)(1 + nu) / E.

@@ -1,0 +1,18 @@
+"""What several commands have in common: their options, and the exit code of an interrupt."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Optional
+
+import typer
+
+#: Exit code of a program that Ctrl-C ended.
+INTERRUPTED = 130
+
+SceneFile = Annotated[Path, typer.Argument(help="Scene file (TOML).", show_default=False)]
+Overrides = Annotated[
+    Optional[list[str]],  # noqa: UP045 - typer reads this form on every Python
+    typer.Option("--set", metavar="SECTION.KEY=VALUE", help="Override a key of the scene."),
+]
+Json = Annotated[bool, typer.Option("--json", help="Print one JSON document and nothing else.")]
