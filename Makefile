@@ -7,13 +7,13 @@ DRIVER := $(BIN)/liggghts-driver
 INSTALLED := $(VENV)/.liggghts-driver-installed
 SUDO := $(if $(filter 0,$(shell id -u)),,sudo)
 
-.PHONY: demo test lint validate bench docs engine clean
+.PHONY: demo test lint validate bench docs engine cluster clean
 
 demo: $(INSTALLED) engine           ## the main job on a small case, with a report
 	# "Not steady" is an answer too, with a report; a run that failed has none.
 	$(DRIVER) run cases/infiltration_small.toml || ls runs/infiltration_small-*/report.html
 
-test: lint engine                   ## lint, types and every quick test
+test: lint engine cluster           ## lint, types and every quick test
 	$(BIN)/pytest -q -m "not validate"
 
 lint: $(INSTALLED)
@@ -24,8 +24,9 @@ lint: $(INSTALLED)
 validate: $(INSTALLED) engine       ## the long physics checks
 	$(BIN)/pytest -q -m validate
 
-bench: $(INSTALLED) engine          ## measure, side by side; rewrites docs/benchmarks.md
+bench: $(INSTALLED) engine          ## measure, side by side; rewrites docs/benchmarks*.md
 	$(BIN)/python -m tests.bench
+	$(BIN)/python -m tests.bench.sweeps
 
 docs: $(INSTALLED)                  ## what the documentation takes from the code
 	$(DRIVER) schema > docs/scene.schema.json
@@ -43,6 +44,12 @@ engine:
 	@command -v liggghts >/dev/null && command -v mpirun >/dev/null || \
 	  { $(SUDO) apt-get update -qq && $(SUDO) env DEBIAN_FRONTEND=noninteractive \
 	    apt-get install -y -qq --no-install-recommends liggghts openmpi-bin; }
+
+# A real Slurm, for the tests of sweeps alone; they start it themselves, on loopback.
+cluster:
+	@command -v slurmctld >/dev/null && command -v munged >/dev/null || \
+	  { $(SUDO) apt-get update -qq && $(SUDO) env DEBIAN_FRONTEND=noninteractive \
+	    apt-get install -y -qq --no-install-recommends slurm-wlm munge; }
 
 clean:
 	rm -rf build dist .mypy_cache .pytest_cache .ruff_cache

@@ -14,12 +14,25 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
+class Checkpoint:
+    """Where an interrupted run goes on: its first, second ... checkpoint.
+
+    ``restart`` is the engine's restart file, as seen from the run directory.
+    """
+
+    number: int
+    step: int
+    restart: str
+    piston_velocity_m_s: float
+
+
+@dataclass(frozen=True)
 class Case:
     """A scene, its geometry, its spheres and its steps.
 
     ``speed_bound_m_s`` is the speed for which the contact bound on the step was computed.
     ``screened`` names the effects that were left out as too weak, and ``asked`` is then the scene
-    with them, which is what the run is known by.
+    with them, which is what the run is known by. ``checkpoint`` is None for a run from the start.
     """
 
     scene: Scene
@@ -29,6 +42,7 @@ class Case:
     speed_bound_m_s: float
     screened: tuple[str, ...] = ()
     asked: Scene | None = None
+    checkpoint: Checkpoint | None = None
 
     @property
     def identity(self) -> Scene:

@@ -19,6 +19,12 @@ class SceneError(DriverError):
     exit_code = 2
 
 
+class SweepError(DriverError):
+    """The sweep file, or a scene that it makes, asks for something that cannot be."""
+
+    exit_code = 2
+
+
 class PackingError(DriverError):
     """The wanted spheres cannot be placed."""
 
@@ -41,6 +47,17 @@ class RunFolderError(DriverError):
     """The run directory holds something that must not be overwritten."""
 
     exit_code = 2
+
+
+class RunBusyError(RunFolderError):
+    """Another process works in the run directory."""
+
+
+class RunInterrupted(KeyboardInterrupt):
+    """A run was asked to end, and did at a checkpoint, from which it can go on.
+
+    Like Ctrl-C it passes through whatever only deals with errors.
+    """
 
 
 class ParseError(DriverError):

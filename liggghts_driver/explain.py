@@ -8,12 +8,13 @@ from liggghts_driver.deck.build import FRAME_COLUMNS
 from liggghts_driver.effects.costs import CONTACTS_NS
 from liggghts_driver.physics.drag import reynolds
 from liggghts_driver.prepare import decisions_of, prepare
-from liggghts_driver.results.answer import plain
+from liggghts_driver.results.plain import plain
 
 if TYPE_CHECKING:
     from liggghts_driver.case import Case
     from liggghts_driver.effects import Decision
     from liggghts_driver.scene.model import Scene
+    from liggghts_driver.timestep import TimePlan
 
 _DOUBLE_BYTES = 8
 #: An effect with a smaller share of the motion than this is called weak.
@@ -35,7 +36,7 @@ def explain(scene: Scene) -> dict[str, Any]:
 
 def explain_case(case: Case) -> dict[str, Any]:
     """Effects with their reasons and weights, bounds on the time step, and the size of the run."""
-    time = case.time
+    population, time = case.population, case.time
     decisions = decisions_of(case)
     costs = {d.effect.name: d.effect.cost(case) for d in decisions if d.active}
     facts = {
@@ -44,7 +45,7 @@ def explain_case(case: Case) -> dict[str, Any]:
         "time_step_s": time.step_s,
         "time_step_bounds": [vars(bound) for bound in time.bounds],
         "size": _size(case),
-        "predicted_wall_s": _wall_s(case, sum(costs.values())),
+        "predicted_wall_s": core_times_s(population.particles, time.steps, sum(costs.values())),
     }
     return {name: plain(fact) for name, fact in facts.items()}
 
@@ -74,8 +75,6 @@ def _effect(decision: Decision, case: Case, costs: dict[str, float]) -> dict[str
 
 def _size(case: Case) -> dict[str, Any]:
     population, time = case.population, case.time
-    frames = time.steps // time.frame_every + 1
-    frame_bytes = _DOUBLE_BYTES * len(FRAME_COLUMNS) * population.particles
     return {
         "particles": population.particles,
         "grains": population.grains,
@@ -84,15 +83,28 @@ def _size(case: Case) -> dict[str, Any]:
         "steps": time.steps,
         "steps_between_samples": time.sample_every,
         "steps_between_refreshes": time.refresh_every,
-        "frames": frames,
-        "disk_mb": frames * frame_bytes / 1e6,
+        "frames": frame_count(time),
+        "disk_mb": frames_bytes(population.particles, time) / 1e6,
         "speed_bound_m_s": case.speed_bound_m_s,
     }
 
 
-def _wall_s(case: Case, cost: float) -> dict[str, float]:
-    """Engine time on one core, for a suspension that stays dilute and for a packed bed."""
-    particle_steps = max(1, case.population.particles) * case.time.steps
+def frame_count(time: TimePlan) -> int:
+    """Frames that a run writes."""
+    return time.steps // time.frame_every + 1
+
+
+def frames_bytes(particles: int, time: TimePlan) -> int:
+    """Size of all frames of a run on disk; next to nothing else grows with the particles."""
+    return frame_count(time) * _DOUBLE_BYTES * len(FRAME_COLUMNS) * particles
+
+
+def core_times_s(particles: int, steps: int, cost: float) -> dict[str, float]:
+    """Engine time on one core, for a suspension that stays dilute and for a packed bed.
+
+    ``cost`` is that of all effects together, over the cost of the contacts alone.
+    """
+    particle_steps = max(1, particles) * steps
     return {
         state: 1e-9 * nanoseconds * cost * particle_steps
         for state, nanoseconds in CONTACTS_NS.items()

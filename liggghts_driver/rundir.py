@@ -21,22 +21,13 @@ if TYPE_CHECKING:
     from liggghts_driver.scene.model import Scene
 
 
+_OF_A_CLAIM = {"claim.json", "claim.lock"}
 #: What a run writes besides its scene; the last is the engine's own, when it is told to end.
 _OF_A_RUN = (
-    "deck.in",
-    "particles.data",
-    "piston.stl",
-    "log.liggghts",
-    "stdout.log",
-    "run.json",
-    "series.txt",
-    "series.csv",
-    "results.json",
-    "report.html",
-    "figures",
-    "dumps",
-    "restart_forced_*",
-)
+    "deck.in", "pieces.in", "control.in", "checkpoint.in", "particles.data", "piston.stl",
+    "log.liggghts", "stdout.log", "run.json", "series.txt", "series.csv", "results.json",
+    "report.html", "figures", "dumps", "restart", "restart_forced_*",
+)  # fmt: skip
 
 
 def canonical_json(data: object) -> str:
@@ -55,18 +46,23 @@ def templates_hash() -> str:
     """Identity of the deck's templates: the SHA-256 of their names and texts."""
     digest = hashlib.sha256()
     root = templates_dir()
-    for path in (root / "deck.in.j2", *sorted((root / "effects").glob("*.j2"))):
+    for path in (*sorted(root.glob("*.in.j2")), *sorted((root / "effects").glob("*.j2"))):
         digest.update(f"{path.relative_to(root)}\0".encode() + path.read_bytes())
     return digest.hexdigest()
 
 
 def write_text(path: Path, text: str) -> None:
+    """Write a text so that it is either whole or not there."""
+    write_bytes(path, text.encode())
+
+
+def write_bytes(path: Path, data: bytes) -> None:
     """Write a file so that it is either whole or not there."""
     path.parent.mkdir(parents=True, exist_ok=True)
     handle, name = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.")
     try:
-        with os.fdopen(handle, "w", encoding="utf-8") as file:
-            file.write(text)
+        with os.fdopen(handle, "wb") as file:
+            file.write(data)
         Path(name).chmod(0o644)
         Path(name).replace(path)
     except BaseException:
@@ -90,6 +86,36 @@ class RunDirectory:
     def deck(self) -> Path:
         """The engine's input."""
         return self.path / "deck.in"
+
+    @property
+    def pieces(self) -> Path:
+        """The part of the deck that the engine goes through again and again."""
+        return self.path / "pieces.in"
+
+    @property
+    def control(self) -> Path:
+        """What the engine carries out after each piece: nothing, or a checkpoint."""
+        return self.path / "control.in"
+
+    @property
+    def checkpoint_commands(self) -> Path:
+        """The engine's commands for a checkpoint."""
+        return self.path / "checkpoint.in"
+
+    @property
+    def checkpoint(self) -> Path:
+        """Of a segment: the state of the engine at its end, besides the restart file."""
+        return self.path / "checkpoint.json"
+
+    @property
+    def restarts(self) -> Path:
+        """The engine's restart files."""
+        return self.path / "restart"
+
+    @property
+    def claim(self) -> Path:
+        """Who works here."""
+        return self.path / "claim.json"
 
     @property
     def log(self) -> Path:
@@ -138,11 +164,45 @@ class RunDirectory:
 
     def frame_files(self) -> list[Path]:
         """Frames of the particles, in the order of time."""
-        return sorted(self.dumps.glob("particles.*.bin"))
+        return self._dumped("particles.*.bin")
 
     def snapshot_files(self) -> list[Path]:
         """Pictures rendered by the engine, in the order of time."""
-        return sorted(self.dumps.glob("snapshot.*.ppm"))
+        return self._dumped("snapshot.*.ppm")
+
+    def _dumped(self, pattern: str) -> list[Path]:
+        # A segment begins with the instant at which the one before it ended.
+        found = {path.name: path for part in self.parts() for path in part.dumps.glob(pattern)}
+        return [found[name] for name in sorted(found)]
+
+    def segments(self) -> list[RunDirectory]:
+        """What a run left at each of its checkpoints, in the order of time."""
+        found = (self.path / "segments").glob("[0-9]*")
+        return [RunDirectory(path) for path in sorted(found, key=lambda path: int(path.name))]
+
+    def parts(self) -> list[RunDirectory]:
+        """All that together is the run: its segments, and what came after the last of them."""
+        return [*self.segments(), self]
+
+    def seal_segment(self, facts: dict[str, Any]) -> None:
+        """Make a segment of all that belongs to a checkpoint: it is there whole, or not at all."""
+        earlier = self.segments()
+        number = len(earlier) + 1
+        unfinished = self.path / "segments" / f".{number}"
+        self._move_into(unfinished, keep=("run.json",))
+        write_text(RunDirectory(unfinished).checkpoint, json.dumps(facts, indent=2) + "\n")
+        unfinished.rename(unfinished.with_name(str(number)))
+        for segment in earlier:
+            segment.drop_restarts()
+
+    def drop_restarts(self) -> None:
+        """Delete the restart files of a run that needs none any more."""
+        for part in self.parts():
+            shutil.rmtree(part.restarts, ignore_errors=True)
+
+    def checkpoints(self) -> list[dict[str, Any]]:
+        """The state at each checkpoint, in the order of time."""
+        return [json.loads(s.checkpoint.read_text(encoding="utf-8")) for s in self.segments()]
 
     def read_state(self) -> dict[str, Any]:
         """What is known of the run; ``{"state": "absent"}`` when nothing is."""
@@ -207,30 +267,46 @@ class RunDirectory:
         """
         try:
             self.path.mkdir(parents=True, exist_ok=True)
-            return not any(self.path.iterdir())
+            # A claim without a run: its maker died, or is about to write one.
+            return {item.name for item in self.path.iterdir()} <= _OF_A_CLAIM
         except OSError as error:
             raise RunFolderError(
                 f"{self.path}: cannot be a run directory ({error.strerror}); choose another with "
                 "--out"
             ) from None
 
-    def set_aside(self) -> Path | None:
+    def set_aside(self, *, segments: bool) -> Path | None:
         """Move what an unfinished run left into ``attempt-N``, so that nothing is lost.
 
         Files that no run wrote stay where they are. So does the scene: the folder stays claimed.
+        ``segments`` tells whether those go too: they do when the run starts anew.
         """
-        left = [item for item in self.path.iterdir() if _is_of_a_run(item.name)]
-        if not left:
-            return None
+        half_made = [*(self.path / "segments").glob(".[0-9]*")]
+        if self.segments() and not (segments or half_made or self.deck.exists()):
+            return None  # it ended at a checkpoint, and nothing came after that
         taken = {item.name for item in self.path.glob("attempt-*")}
         number = next(n for n in range(1, len(taken) + 2) if f"attempt-{n}" not in taken)
         attempt = self.path / f"attempt-{number}"
-        attempt.mkdir()
-        for item in left:
-            item.rename(attempt / item.name)
+        self._move_into(attempt)
+        whole = [self.path / "segments"] if segments else []
+        # A segment with a dot was being made when its maker died.
+        for item in whole or half_made:
+            if item.exists():
+                attempt.mkdir(exist_ok=True)
+                item.rename(attempt / item.name)
+        if not attempt.exists():
+            return None
         if self.scene.exists():
             shutil.copy2(self.scene, attempt / self.scene.name)
         return attempt
+
+    def _move_into(self, folder: Path, keep: tuple[str, ...] = ()) -> None:
+        """Move what a run wrote, but for what is kept, into a folder that is made if needed."""
+        items = [i for i in self.path.iterdir() if _is_of_a_run(i.name) and i.name not in keep]
+        if items:
+            folder.mkdir(parents=True, exist_ok=True)
+        for item in items:
+            item.rename(folder / item.name)
 
 
 def _is_of_a_run(name: str) -> bool:

@@ -12,8 +12,9 @@ from liggghts_driver.deck.build import build_deck
 from liggghts_driver.errors import RunFolderError
 from liggghts_driver.prepare import prepare
 from liggghts_driver.results.answer import Answer, analyse
-from liggghts_driver.run import finished_run, require_same_deck, run_case, write_deck
+from liggghts_driver.run import finished_run, run_case
 from liggghts_driver.rundir import RunDirectory, scene_hash, write_text
+from liggghts_driver.written import require_same_deck, write_deck
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -21,6 +22,7 @@ if TYPE_CHECKING:
     import pandas as pd
 
     from liggghts_driver.case import Case
+    from liggghts_driver.engine.stop import Stop
     from liggghts_driver.run import FinishedRun
     from liggghts_driver.scene.model import Scene
 
@@ -56,6 +58,9 @@ def solve(
     ranks: int = 1,
     on_case: Callable[[Case], None] = lambda _case: None,
     on_step: Callable[[int], None] = lambda _step: None,
+    stop: Stop | None = None,
+    *,
+    report: bool = True,
 ) -> Solution:
     """Place the spheres, run the engine, analyse and report.
 
@@ -71,11 +76,17 @@ def solve(
         Called when everything before the engine is done.
     on_step
         Called with each step that the engine reports.
+    stop
+        The wish that the run end at its next checkpoint, which signals express too.
+    report
+        Whether ``report.html`` is written now; ``load`` can write it later.
 
     Raises
     ------
     DriverError
         Of the class of what failed; the run directory keeps everything.
+    RunInterrupted
+        If the run was asked to end, and did at a checkpoint.
     """
     directory = RunDirectory(Path(out))
     directory.claim_for(scene)
@@ -83,8 +94,8 @@ def solve(
     case = prepare(scene)
     placing = time.perf_counter() - start
     on_case(case)
-    run = run_case(case, directory, ranks, on_step)
-    return _conclude(run, {"place_spheres_s": placing})
+    run = run_case(case, directory, ranks, on_step, stop)
+    return _conclude(run, {"place_spheres_s": placing}, report=report)
 
 
 def load(path: str | Path) -> Solution:
@@ -103,7 +114,7 @@ def load(path: str | Path) -> Solution:
     case = prepare(scene)
     run = finished_run(case, directory, reused=True)
     require_same_deck(case, directory, scene_hash(scene))
-    return _conclude(run, {})
+    return _conclude(run, {}, report=True)
 
 
 def write_only(scene: Scene, out: str | Path, ranks: int = 1) -> RunDirectory:
@@ -122,9 +133,7 @@ def write_only(scene: Scene, out: str | Path, ranks: int = 1) -> RunDirectory:
     return directory
 
 
-def _conclude(run: FinishedRun, parts: dict[str, float]) -> Solution:
-    from liggghts_driver.report import write_report
-
+def _conclude(run: FinishedRun, parts: dict[str, float], *, report: bool) -> Solution:
     start = time.perf_counter()
     answer = analyse(run)
     directory = run.directory
@@ -135,5 +144,8 @@ def _conclude(run: FinishedRun, parts: dict[str, float]) -> Solution:
     }
     write_text(directory.series, answer.series.to_csv(index=False))
     write_text(directory.results, json.dumps(answer.results, indent=2, allow_nan=False) + "\n")
-    write_report(run.case, answer, directory)
+    if report:
+        from liggghts_driver.report.write import write_report
+
+        write_report(run.case, answer, directory)
     return Solution(run.case, answer, directory, run.reused)

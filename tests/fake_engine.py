@@ -6,6 +6,7 @@ nothing moves. Only the standard library is used, so that it starts at once.
 
 from __future__ import annotations
 
+import json
 import os
 import re
 import signal
@@ -37,9 +38,14 @@ class Output:
 class Engine:
     """The state of a run."""
 
+    #: In the place of a file to jump to.
+    ENDED = "ended"
+
     def __init__(self, behaviour: str, out: Output) -> None:
         self.behaviour, self.out = behaviour, out
         self.step = 0
+        self.pieces = self.done = 0
+        self.total = 0  # last step of the pieces; 0 before them
         self.series: tuple[int, str, list[str]] | None = None
         self.piston_x = "0"
         self.frames: tuple[int, str, int] | None = None
@@ -60,11 +66,59 @@ class Engine:
         if words[0] == "run":
             return self.run(int(words[1]))
         if words[0] == "print" and self.behaviour != "unfinished":
-            self.out.line(line.split('"')[1])
+            text = line.split('"')[1].replace("$(step)", str(self.step))
+            self.out.line(text.replace("$(v_piston_velocity)", "0"))
+        if words[0] == "quit":
+            return False
         self.settings(words, line)
         return True
 
+    def follow(self, name: str) -> bool:
+        """Echo the commands of a file and carry them out; False when one ends the engine."""
+        following: str | None = name
+        while following not in {None, self.ENDED}:
+            following = self.through(following)
+        return following != self.ENDED
+
+    def through(self, name: str) -> str | None:
+        """Go through a file; the one to jump to, None at its end, or that it ended the engine."""
+        for line in Path(name).read_text(encoding="utf-8").splitlines():
+            self.out.line(line)
+            words = line.split()
+            if not words or words[0].startswith("#"):
+                continue
+            if self.behaviour == "bad command" and words[0] == "pair_style":
+                self.out.line("ERROR: Invalid pair style (../force.cpp:123)")
+                return self.ENDED
+            if words[0] == "jump" and self.done < self.pieces:
+                return words[1]
+            if not self.command(line):
+                return self.ENDED
+        return None
+
+    def loop(self, words: list[str]) -> None:
+        """The pieces: how many there are, and where they end."""
+        if words[:2] == ["variable", "piece"]:
+            self.pieces = int(words[3])
+            steps = re.search(r"^run\s+(\d+)", Path("pieces.in").read_text("utf-8"), re.MULTILINE)
+            self.total = self.step + self.pieces * int(steps.group(1))
+        elif words[:2] == ["next", "piece"]:
+            self.done += 1
+
+    def restart(self, words: list[str]) -> None:
+        """Write and read a state, and set the step."""
+        if words[0] == "write_restart" and self.behaviour != "no restart":
+            path = Path(words[1].replace("*", str(self.step)))
+            path.parent.mkdir(exist_ok=True)
+            path.write_text(json.dumps([self.step, self.atoms, self.types]), encoding="utf-8")
+        elif words[0] == "read_restart":
+            self.step, self.atoms, self.types = json.loads(Path(words[1]).read_text("utf-8"))
+        elif words[0] == "reset_timestep":
+            self.step = int(words[1])
+
     def settings(self, words: list[str], line: str) -> None:
+        self.loop(words)
+        self.restart(words)
         if words[0] == "read_data":
             self.read_data(words[1])
         elif words[:2] == ["fix", "series"]:
@@ -85,33 +139,34 @@ class Engine:
         self.out.line("Setting up run at Thu Jan  1 00:00:00 1970\n")
         self.out.line("Memory usage per processor = 1.0 Mbytes")
         self.out.line("    Step    Atoms            CPU ")
+        if self.behaviour == "slow" and self.total:
+            time.sleep(0.05)
+        first = self.step + 1 if steps else self.step
         last = self.step + steps
-        if self.behaviour == "early" and steps:
-            last = self.step + steps // 2
-        for step in range(self.step, last + 1):
+        for step in range(first, last + 1):
             if not self.at(step, last, bool(steps)):
                 return False
         self.out.line(
-            f"Loop time of 0.25 on 1 procs for {last - self.step} steps with "
+            f"Loop time of 0.25 on 1 procs for {steps} steps with "
             f"{len(self.atoms)} atoms, finish time Thu Jan  1 00:00:00 1970\n"
         )
         for part in ("Pair", "Neigh", "Comm", "Outpt", "Other"):
             self.out.line(f"{part:5} time (%) = 0.05 (20)")
         self.step = last
-        return self.behaviour != "early" or not steps
+        return self.behaviour != "early" or last < self.total / 2 or not self.total
 
     def at(self, step: int, last: int, real: bool) -> bool:
         """Everything due at a step; False when the engine ends in it."""
         if step % self.thermo == 0 or step == last:
             atoms = len(self.atoms)
-            if self.behaviour == "lost" and step > last / 2:
+            if self.behaviour == "lost" and self.total and step > self.total / 2:
                 atoms -= 1
             self.out.line(ROW.format(step, atoms, step * 1e-5))
         if self.series and real and step % self.series[0] == 0 and step:
-            self.print_series(step, last)
+            self.print_series(step)
         if self.frames and step % self.frames[0] == 0 and (real or step == 0):
-            self.dump(step, last)
-        return not (real and step >= last / 2) or self.halfway(step)
+            self.dump(step)
+        return not (real and self.total and step >= self.total / 2) or self.halfway(step)
 
     def halfway(self, step: int) -> bool:
         behaviour = self.behaviour
@@ -129,23 +184,23 @@ class Engine:
             time.sleep(300)
         return True
 
-    def print_series(self, step: int, last: int) -> None:
+    def print_series(self, step: int) -> None:
         assert self.series
         every, name, columns = self.series
-        if self.behaviour == "short series" and step > last - every:
+        if self.behaviour == "short series" and step > self.total - every:
             return
-        value = "nan" if self.behaviour == "nan" and step > last / 2 else "0"
+        value = "nan" if self.behaviour == "nan" and step > self.total / 2 else "0"
         values = dict.fromkeys(columns, value) | {"step": str(step)}
         if "piston_x_m" in values:
             values["piston_x_m"] = self.piston_x
         with Path(name).open("a", encoding="utf-8") as file:
             file.write(" ".join(values.values()) + "\n")
 
-    def dump(self, step: int, last: int) -> None:
+    def dump(self, step: int) -> None:
         assert self.frames
         every, pattern, columns = self.frames
         path = Path(pattern.replace("*", f"{step:010d}"))
-        is_last = step > last - every
+        is_last = self.total and step > self.total - every
         if self.behaviour == "no last frame" and is_last:
             return
         self.write_frame(path, step, columns)
@@ -181,18 +236,6 @@ def chatter(behaviour: str, out: Output) -> None:
         out.write(bytes(range(256)) * 64)
 
 
-def follow(deck: Path, engine: Engine, out: Output) -> int:
-    """Echo the deck and carry it out; the return code."""
-    for line in deck.read_text(encoding="utf-8").replace("&\n", "").splitlines():
-        out.line(line)
-        if engine.behaviour == "bad command" and line.startswith("pair_style"):
-            out.line("ERROR: Invalid pair style (../force.cpp:123)")
-            return 1
-        if line and not line.startswith("#") and not engine.command(line):
-            return 1 if engine.behaviour == "error" else 0
-    return 3 if engine.behaviour == "return code 3" else 0
-
-
 def main() -> int:
     """Behave as FAKE_ENGINE says; as the real engine when it says nothing."""
     arguments = dict(zip(sys.argv[1::2], sys.argv[2::2], strict=True))
@@ -206,7 +249,10 @@ def main() -> int:
     if behaviour == "empty log":
         return 1
     chatter(behaviour, out)
-    return follow(Path(arguments["-in"]), Engine(behaviour, out), out)
+    whole = Engine(behaviour, out).follow(arguments["-in"])
+    if behaviour == "return code 3":
+        return 3
+    return 1 if not whole and behaviour in {"error", "bad command"} else 0
 
 
 if __name__ == "__main__":

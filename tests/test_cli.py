@@ -17,7 +17,7 @@ from liggghts_driver import __version__
 from liggghts_driver.cli import main
 from liggghts_driver.resources import cases_dir
 
-COMMANDS = ["run", "report", "deck", "estimate", "explain", "doctor", "schema", "study"]
+COMMANDS = ["run", "report", "deck", "estimate", "explain", "doctor", "schema", "study", "sweep"]
 INFILTRATION_CASE = str(cases_dir() / "infiltration.toml")
 TWO_SPHERES = str(cases_dir() / "two_spheres.toml")
 
@@ -91,7 +91,7 @@ class TestHelp:
         ended = cli(command, "--help")
         assert ended.code == 0
         assert "Usage: " in ended.out
-        if command not in {"schema", "study"}:  # a study has commands of its own
+        if command not in {"schema", "study", "sweep"}:  # the last two have commands of their own
             assert "--json" in ended.out
 
     def test_help_lines_are_whole_sentences(self, cli):
@@ -317,7 +317,10 @@ class TestDeck:
         ended = cli("deck", infiltration, "--out", "made", "--json")
         assert ended.code == 0
         files = {path.name for path in (tmp_path / "made").iterdir() if path.is_file()}
-        assert files == {"deck.in", "particles.data", "piston.stl", "scene.json"}
+        assert files == {
+            "deck.in", "pieces.in", "control.in", "checkpoint.in",
+            "particles.data", "piston.stl", "scene.json",
+        }  # fmt: skip
         assert {name.split("/")[-1] for name in ended.document["files"]} == files
 
     def test_for_people_with_the_command_that_runs_it(self, cli, collision):
@@ -439,6 +442,8 @@ class TestRun:
             assert time.monotonic() < end
             time.sleep(0.05)
         process.send_signal(signal.SIGINT)
+        time.sleep(0.5)
+        process.send_signal(signal.SIGINT)  # it hangs and will make no checkpoint
         _, err = process.communicate(timeout=15)
         assert process.returncode == 130
         assert "interrupted" in err

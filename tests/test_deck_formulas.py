@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import functools
+import itertools
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
-from decks import commands, deck_of, evaluate, variables
+from decks import commands, deck_of, evaluate, taken_up, variables
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from small_scenes import COLLISION, FLUID, INFILTRATION, case_of
@@ -215,16 +217,17 @@ def formulas_of(fluid, inside, scheme, refresh=None):
 
 
 def settings_of(deck: str) -> list[list[str]]:
-    """The ``set`` commands before the run, as words."""
+    """The ``set`` commands of a script, as words: those before the run, or after every piece."""
     return [words for words in commands(deck) if words[0] == "set"]
 
 
 @pytest.mark.parametrize("fluid", FLUIDS)
 @pytest.mark.parametrize("inside", ["still", "pore"])
-def test_implicit_drag_is_set_from_the_same_law(fluid, inside):
+@pytest.mark.parametrize("script", ["deck.in", "pieces.in"])
+def test_implicit_drag_is_set_from_the_same_law(fluid, inside, script):
     _, outside_velocity = FLUIDS[fluid]
     case, known = formulas_of(fluid, inside, "implicit")
-    deck = deck_of(case).files["deck.in"]
+    deck = deck_of(case).files[script]
     pore = predict(case.scene).pore_velocity_m_s if inside == "pore" else 0.0
     moving = any(outside_velocity(-1, t) for t in (0, 1))
     # K from the slip to the velocity that the property uf holds, at the middle of the interval.
@@ -244,6 +247,9 @@ def test_implicit_drag_is_set_from_the_same_law(fluid, inside):
         value = evaluate(known["fluid_velocity"], known, clock(3.0))
         assert value == pytest.approx(outside_velocity(-1, 3.0 + ahead), rel=1e-12)
     velocities = {tuple(w[1:3]): w[5:] for w in settings_of(deck) if w[4] == "uf"}
+    assert ["set", "group", "particles", "property/atom", "slip"] in [
+        w[:5] for w in settings_of(deck)
+    ]
     if moving or pore:
         assert [float(v) for v in velocities["region", "inside"]] == [pore, 0.0, 0.0]
         outside = velocities["region", "outside"]
@@ -282,8 +288,9 @@ def test_pressure_acts_inside_the_specimen_alone_and_everywhere_in_a_box(scheme)
         assert evaluate(known["kept_x"], known, moving | {"x": -1.0, "f_pressure": 3.0}) == 3.0
         return
     assert limits == [["0.0", *["INF"] * 5, "units", "box"]]
-    if scheme == "implicit":
-        set_there = {tuple(w[1:3]): w[5:] for w in settings_of(inside) if w[4] == "dragforce"}
+    for script in ("deck.in", "pieces.in") if scheme == "implicit" else ():
+        commanded = settings_of(deck_of(case).files[script])
+        set_there = {tuple(w[1:3]): w[5:] for w in commanded if w[4] == "dragforce"}
         assert set_there["region", "outside"] == ["0.0", "0.0", "0.0"]
         assert set_there["region", "inside"] == ["v_pressure_x", "v_zero", "v_zero"]
 
@@ -307,16 +314,147 @@ def test_counting(x, vx, radius):
     )
 
 
-def test_the_pistons_velocity_is_newtons_law():
+def running_mean(known: dict[str, str], then: int, forces: list[float]) -> dict[str, float]:
+    """What ``fix ave/time ... ave running`` tells after these steps: the first is ``then``."""
+    counted = [
+        [
+            evaluate(known[name], known, {"step": step, "f_piston[1]": force})
+            for name in ("piston_force", "piston_steps")
+        ]
+        for step, force in enumerate(forces, start=then)
+    ]
+    means = np.mean(counted, axis=0)
+    return {f"f_piston_mean[{n}]": mean for n, mean in enumerate(means, start=1)}
+
+
+@pytest.mark.parametrize("checkpoint", [None, 0.02, -0.004, 0.0], ids=str)
+@pytest.mark.parametrize("steps", [0, 1, 2, 1000])
+def test_the_pistons_velocity_is_newtons_law(checkpoint, steps):
+    """From the start, and from a checkpoint at which it had some velocity."""
+    case = case_of(INFILTRATION)
+    if checkpoint is not None:
+        case = taken_up(case, 2, checkpoint)
+    then = case.checkpoint.step if case.checkpoint else 0
+    known = variables(deck_of(case).files["deck.in"])
+    mass, step = case.piston_mass_kg, case.time.step_s
+    # Any forces, that of the start among them: it belongs to the step that ended there.
+    forces = np.random.default_rng(1).normal(0.0, 0.3 * mass, steps + 1).tolist()
+    given = {"step": then + steps, **running_mean(known, then, forces)}
+    kicks = step * (2.143e-3 + np.array(forces[1:]) / mass)
+    expected = (checkpoint or 0.0) + math.fsum(kicks)
+    velocity = evaluate(known["piston_velocity"], known, given)
+    # Rounding of a sum of so many terms.
+    largest = abs(checkpoint or 0.0) + np.abs(kicks).sum()
+    assert velocity == pytest.approx(expected, rel=0, abs=1e-12 * largest)
+
+
+def test_the_last_force_on_the_piston_may_not_be_counted_yet():
+    """When the mean is asked for before it has the present step, it is no mean of fewer forces."""
     case = case_of(INFILTRATION)
     known = variables(deck_of(case).files["deck.in"])
-    mass = case.piston_mass_kg
-    given = {"v_time": 2.0, "f_piston_push": -0.3 * mass, "f_piston_recent": 0.1 * mass}
-    # a t plus the mean contact force since the start over the mass, times the time.
+    mass, step = case.piston_mass_kg, case.time.step_s
+    forces = [0.0, *(-0.1 * mass * n for n in range(1, 10))]
+    given = {"step": 10, **running_mean(known, 0, forces)}
     velocity = evaluate(known["piston_velocity"], known, given)
-    assert velocity == pytest.approx((2.143e-3 - 0.3) * 2.0, rel=1e-12)
-    acceleration = evaluate(known["piston_acceleration"], known, given)
+    assert velocity == pytest.approx(step * (10 * 2.143e-3 - 0.1 * 45), rel=1e-12)
+
+
+@pytest.mark.parametrize("checkpoint", [False, True])
+def test_the_piston_is_averaged_over_all_steps_and_over_an_interval(checkpoint):
+    case = taken_up(case_of(INFILTRATION)) if checkpoint else case_of(INFILTRATION)
+    deck, every = deck_of(case).files["deck.in"], case.time.refresh_every
+    fixes = {w[1]: w[3:] for w in commands(deck) if w[0] == "fix"}
+    mean = "ave/time 1 1 1 v_piston_force v_piston_steps ave running"
+    assert " ".join(fixes["piston_mean"]) == mean
+    assert " ".join(fixes["piston_recent"]) == f"ave/time 1 {every} {every} f_piston[1]"
+    known, mass = variables(deck), case.piston_mass_kg
+    acceleration = evaluate(known["piston_acceleration"], known, {"f_piston_recent": 0.1 * mass})
     assert acceleration == pytest.approx(2.143e-3 + 0.1, rel=1e-12)
+
+
+@pytest.mark.parametrize("velocity", [0.02, -0.004])
+def test_a_resumed_servo_gets_the_integral_of_its_velocity(velocity):
+    """The engine: v = vel_max ki / |F| x integral of (target + contacts) dt."""
+    case = taken_up(case_of(INFILTRATION), 2, velocity)
+    deck, then = deck_of(case).files["deck.in"], case.checkpoint.step
+    known, lines = variables(deck), commands(deck)
+    (servo,) = [w for w in lines if w[:2] == ["fix", "piston"]]
+    words = dict(itertools.pairwise(servo))
+    assert words["target_val"] == "v_piston_target"
+    back = next(int(w[1]) for w in lines if w[0] == "reset_timestep")
+    (at,) = [n for n, w in enumerate(lines) if w[:2] == ["run", "2"]]
+    assert lines[at - 1][0] == "timestep"
+    no_time = float(lines[at - 1][1])
+    first, second, *rest = (
+        evaluate(known["piston_target"], known, {"step": float(step)})
+        for step in range(back + 1, back + 10)
+    )
+    # From the second of the two steps on it is the force alone, the last to tell the velocity.
+    force = case.piston_mass_kg * 2.143e-3
+    assert back + 2 == then
+    assert [second, *rest] == [pytest.approx(force, rel=1e-12)] * 8
+    integral = (first + second) * no_time
+    gain = float(words["vel_max"]) * float(words["ki"]) / second
+    assert gain * integral == pytest.approx(velocity, rel=1e-12)
+    # Its place does not change meanwhile, not by the last digit.
+    place = float(servo[servo.index("com") + 1])
+    assert place + 2 * no_time * velocity == place
+
+
+@pytest.mark.parametrize("resumed", [False, True])
+def test_a_piston_that_was_at_rest_has_its_force_as_a_number(resumed):
+    case = case_of(INFILTRATION)
+    case = taken_up(case, 1, 0.0) if resumed else case
+    deck = deck_of(case).files["deck.in"]
+    (servo,) = [w for w in commands(deck) if w[:2] == ["fix", "piston"]]
+    force = float(servo[servo.index("target_val") + 1])
+    assert force == pytest.approx(case.piston_mass_kg * 2.143e-3, rel=1e-12)
+    assert "piston_target" not in variables(deck)
+
+
+MOTION = st.floats(-1.0, 1.0)
+#: The moment of inertia of a sphere is 2/5 m r^2.
+KINDS = {
+    "": ("v", "f", lambda mass, radius: mass),
+    "spin_": ("omega", "tq", lambda mass, radius: 0.4 * mass * radius**2),
+}
+
+
+@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("axis", "xyz")
+@pytest.mark.parametrize("number", [1, 2])
+@given(now=MOTION, force=MOTION, other=MOTION, mass=st.floats(0.1, 10), radius=st.floats(0.1, 10))
+@settings(max_examples=30, deadline=None)
+def test_a_checkpoint_and_what_goes_on_from_it(kind, axis, number, now, force, other, mass, radius):
+    """Half a step back in the file; then the half kick that would have come, whatever the force.
+
+    The forces that are computed again are others where drag was renewed in between.
+    """
+    case, before, after = checkpoint_formulas(number)
+    word, cause, inertia = KINDS[kind]
+    here = {"mass": mass, "r": radius, f"{word}{axis}": now, f"{cause}{axis}": force}
+    kick = 0.5 * case.time.step_s / inertia(mass, radius)
+    # Rounding of a sum of terms of this size.
+    near = {"rel": 0, "abs": 1e-14 * (1.0 + kick)}
+    half = evaluate(before[f"{kind}half_{axis}"], before, here)
+    assert half == pytest.approx(now - kick * force, **near)
+    place = "xyz".index(axis) + 1
+    stored = {f"f_{kind}full_{number}[{place}]": now, f"f_{kind}half_{number}[{place}]": half}
+    again = {"mass": mass, "r": radius, f"{cause}{axis}": other, **stored}
+    assert evaluate(after[f"{kind}full_{axis}"], after, again) == now
+    start = evaluate(after[f"{kind}start_{axis}"], after, again)
+    assert start == pytest.approx(2 * now - half - kick * other, **near)
+    assert start + kick * other == pytest.approx(now + kick * force, **near)
+
+
+@functools.cache
+def checkpoint_formulas(number):
+    """A case that turns; the formulas of its checkpoint, first or second, and of what follows."""
+    case = case_of(INFILTRATION, {"contact.friction": 0.2})
+    before = case if number == 1 else taken_up(case, number - 1)
+    after = replace(before, checkpoint=taken_up(case, number).checkpoint)
+    checkpoint = variables(deck_of(before).files["checkpoint.in"])
+    return case, checkpoint, variables(deck_of(after).files["deck.in"])
 
 
 def test_gravity_and_buoyancy_point_the_right_way():

@@ -9,6 +9,7 @@ from __future__ import annotations
 import difflib
 import os
 import re
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -16,6 +17,7 @@ from decks import deck_of
 from small_scenes import COLLISION, FLUID, GONE, GRAIN, INFILTRATION, case_of, shipped
 
 from liggghts_driver import __version__
+from liggghts_driver.case import Checkpoint
 
 GOLDEN = Path(__file__).parent / "golden"
 
@@ -71,6 +73,7 @@ DECKS = {
         1,
     ),
     "piston_held": (INFILTRATION, {"drag.scheme": "held"}, 1),
+    "continued": (INFILTRATION, {"drag.scheme": "implicit", "contact.friction": 0.2}, 1),
     "constant_implicit_pore": (
         INFILTRATION,
         {
@@ -117,7 +120,12 @@ def test_the_last_digits_do_not_count_and_the_others_do():
 def test_a_deck_is_as_it_was_last_looked_at(name):
     tables, changes, ranks = DECKS[name]
     changes = {key: value for key, value in changes.items() if key in tables or value is not GONE}
-    deck = deck_of(case_of(tables, changes), ranks).files["deck.in"]
+    case = case_of(tables, changes)
+    if name == "continued":
+        case = replace(case, checkpoint=Checkpoint(1, 1014, "segments/1/restart/step.1014", 0.02))
+    files = deck_of(case, ranks).files
+    parts = [f"\n# ==== {part}\n{files[part]}" for part in ("pieces.in", "checkpoint.in")]
+    deck = "".join([files["deck.in"], *parts])
     deck = deck.replace(f"liggghts-driver {__version__}", "liggghts-driver VERSION")
     path = GOLDEN / f"{name}.deck.in"
     if os.environ.get("UPDATE_GOLDEN") == "1":

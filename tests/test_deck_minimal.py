@@ -8,9 +8,11 @@ from __future__ import annotations
 
 import functools
 import itertools
+import re
 from collections import Counter
 
 import pytest
+from decks import taken_up, whole
 from small_scenes import FLUID, INFILTRATION, case_of
 
 from liggghts_driver.deck.build import build_deck
@@ -43,17 +45,25 @@ def full_case():
     )
 
 
+STARTS = ["start", "resumed"]
+
+
 @functools.cache
-def deck(*names: str) -> tuple[str, ...]:
-    case = full_case()
+def case_from(start: str):
+    return full_case() if start == "start" else taken_up(full_case())
+
+
+@functools.cache
+def deck(start: str, *names: str) -> tuple[str, ...]:
     decisions = [Decision(effect, effect.name in {*FRAME, *names}, "chosen") for effect in EFFECTS]
-    return tuple(build_deck(case, "0" * 64, decisions=decisions).files["deck.in"].splitlines())
+    written = build_deck(case_from(start), "0" * 64, decisions=decisions)
+    return tuple(whole(written).splitlines())
 
 
 @functools.cache
-def own_lines(name: str) -> Counter[str]:
+def own_lines(start: str, name: str) -> Counter[str]:
     """What the effect's fragment says in this case, contact words of the deck aside."""
-    effect, case = BY_NAME[name], full_case()
+    effect, case = BY_NAME[name], case_from(start)
     lines = render(effect.fragment(case), {"effect": effect.values(case), "contact_words": "WORDS"})
     return Counter(lines.splitlines())
 
@@ -75,17 +85,18 @@ def test_the_case_has_every_effect():
     assert all(effect.decide(full_case().scene)[0] for effect in EFFECTS)
 
 
-@pytest.mark.parametrize(("name", "other"), PAIRS, ids="+".join)
-def test_adding_one_changes_its_own_lines_alone(name, other):
-    before, after = Counter(deck(other)), Counter(deck(other, name))
+@pytest.mark.parametrize("start", STARTS)
+@pytest.mark.parametrize(("name", "other"), PAIRS)
+def test_adding_one_changes_its_own_lines_alone(name, other, start):
+    before, after = Counter(deck(start, other)), Counter(deck(start, other, name))
     added, removed = after - before, before - after
-    mine = own_lines(name)
+    mine = own_lines(start, name)
     foreign = []
     for line in added.elements():
         told = line == f"#   {BY_NAME[name].title}: chosen"
         heading = line == "" or line.startswith(("# ---- ", "# Effects"))
         # A wall's line holds the contact model's words, which are those of the deck.
-        model = next((ln for ln in deck(other, name) if ln.startswith("pair_style")), "")
+        model = next((ln for ln in deck(start, other, name) if ln.startswith("pair_style")), "")
         words = model.split("gran ", 1)[1].split(" soft ")[0].strip()
         in_fragment = line in mine or line.replace(words, "WORDS") in mine
         changed = without_words(line, name) in removed
@@ -104,37 +115,44 @@ def is_shared(line: str, name: str) -> bool:
     """Lines of the deck's frame that follow from an effect by the effect's own name."""
     if name == "near_field":  # it is laid over the contacts
         return line.startswith(("pair_style      hybrid", "pair_style      gran", "pair_coeff"))
-    if name == "rotation":
-        return line.startswith("fix             motion")
+    if name == "rotation":  # what turns is stored in a checkpoint, and taken up from it
+        return re.match(r"fix +motion|fix +spin_|variable +spin_|set .* omegax", line) is not None
     refreshes = BY_NAME[name].refresh(full_case())
     if refreshes is not None:
-        commands = [*refreshes.once, *refreshes.again]
-        return line.startswith(("run ", "atom_modify")) or line.strip(' &"') in commands
+        # The forces before the run are computed again, and told of only then.
+        runs = re.fullmatch(r"run +(0|0 post no|\d+ pre no post (yes|no))", line) is not None
+        return runs or line in {*refreshes.once, *refreshes.again}
     return False
 
 
+#: What the checkpoint, and a fluid that moves with the piston, have of it by the scene alone: only
+#: here a deck is without the piston that its scene has.
+OF_THE_SCENE = {"piston": {"piston_velocity", "piston_acceleration"}}
+
+
+@pytest.mark.parametrize("start", STARTS)
 @pytest.mark.parametrize("name", [name for name in NAMES if name not in FRAME])
-def test_without_it_there_is_no_trace(name):
+def test_without_it_there_is_no_trace(name, start):
     """Of an effect that is out no fix, no property, no variable and no column is left."""
     others = [other for other in NAMES if other != name and name not in BY_NAME[other].needs]
-    text = "\n".join(line.split("#")[0] for line in deck(*others))
+    text = "\n".join(line.split("#")[0] for line in deck(start, *others))
     defined = {
         line.split()[1]
-        for line in own_lines(name)
+        for line in own_lines(start, name)
         if line.startswith(("fix ", "variable ", "compute ", "region "))
     }
     shared = {
         line.split()[1]
         for other in others
-        for line in own_lines(other)
+        for line in own_lines(start, other)
         if line.startswith(("fix ", "variable ", "compute ", "region "))
     }
     words = set(text.split())
     for identifier in defined - shared:
         assert identifier not in words
-        for prefix in ("v_", "f_", "c_"):
-            assert f"{prefix}{identifier}" not in text.replace("[", " ").split()
+        if identifier not in OF_THE_SCENE.get(name, set()):
+            assert not re.search(rf"\b[vfc]_{identifier}\b", text)
     for column in BY_NAME[name].columns(full_case()):
         assert column.name not in text
         assert f"$({column.engine})" not in text
-    assert f"#   {BY_NAME[name].title}: chosen" not in deck(*others)
+    assert f"#   {BY_NAME[name].title}: chosen" not in deck(start, *others)

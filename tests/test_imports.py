@@ -13,7 +13,8 @@ PACKAGE = Path(liggghts_driver.__file__).parent
 ORDER = [
     "errors", "resources", "physics", "packing", "darcy", "statistics", "scene", "population",
     "prediction", "flowing", "drag_plan", "timestep", "case", "effects", "prepare", "deck",
-    "rundir", "results", "engine", "run", "report", "explain", "solve", "studies", "cli",
+    "rundir", "claim", "results", "written", "engine", "attempt", "run", "report", "explain",
+    "solve", "sweeps", "studies", "cli",
 ]  # fmt: skip
 #: Imports for annotations alone that go back: the class of a finished run.
 KNOWN = {("results", "run")}

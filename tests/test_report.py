@@ -9,10 +9,10 @@ import pytest
 from report_answers import SAMPLES, collision, infiltration
 
 from liggghts_driver.errors import ParseError
-from liggghts_driver.report import write_report
 from liggghts_driver.report.page import render_page
 from liggghts_driver.report.picture import Picture
 from liggghts_driver.report.snapshots import Snapshots
+from liggghts_driver.report.write import write_report
 from liggghts_driver.rundir import RunDirectory
 
 VOID = {"meta", "img"}

@@ -13,8 +13,8 @@ from small_scenes import COLLISION, INFILTRATION, case_of
 
 from liggghts_driver.effects.drag_law import reynolds_bound
 from liggghts_driver.effects.piston import speed_limit_m_s
-from liggghts_driver.results.answer import plain
 from liggghts_driver.results.comparison import compare
+from liggghts_driver.results.plain import plain
 from liggghts_driver.results.verdict import judge
 from liggghts_driver.statistics import Rate, SeriesMean
 

@@ -123,8 +123,8 @@ def test_a_command_that_the_engine_refuses(behave, case, run):
     assert "did not reach the end of the deck" in text
 
 
-def line_of(run: RunDirectory, word: str) -> int:
-    lines = run.deck.read_text().splitlines()
+def line_of(deck: Path, word: str) -> int:
+    lines = deck.read_text().splitlines()
     return max(n for n, line in enumerate(lines, start=1) if line.startswith(word))
 
 
@@ -132,7 +132,7 @@ def test_an_error_in_the_middle_of_the_run(behave, case, run):
     behave("error")
     text = failure(case, run)
     assert "ERROR on proc 0: Atom lost" in text
-    assert f"at deck.in, line {line_of(run, 'run')}: run" in text
+    assert f"at pieces.in, line {line_of(run.pieces, 'run')}: run" in text
     assert "its last lines:" in text
     assert "stopped at step" in text
 
@@ -140,7 +140,7 @@ def test_an_error_in_the_middle_of_the_run(behave, case, run):
 def test_an_error_in_the_middle_of_a_run_with_refreshed_drag(behave, run):
     behave("error")
     text = failure(case_of(COLLISION, {"fluid": FLUID, "drag.refresh": 0.001}), run)
-    assert f"at deck.in, line {line_of(run, 'run')}: run" in text
+    assert f"at pieces.in, line {line_of(run.pieces, 'run')}: run" in text
 
 
 def test_a_segmentation_fault(behave, case, run):
@@ -312,11 +312,12 @@ def test_an_interrupt_ends_the_engine_and_all_that_it_started(
 PROGRAM = """
 import sys
 from pathlib import Path
+from liggghts_driver.engine.stop import Stop
 from liggghts_driver.run import run_case
 from liggghts_driver.rundir import RunDirectory
 sys.path.insert(0, {tests!r})
 from small_scenes import COLLISION, case_of
-run_case(case_of(COLLISION), RunDirectory(Path({folder!r})))
+run_case(case_of(COLLISION), RunDirectory(Path({folder!r})), stop=Stop(grace_s=0.3))
 """
 
 

@@ -167,7 +167,7 @@ class TestClaim:
 
     def test_foreign_files_beside_a_run_stay_where_they_are(self, filled):
         (filled.path / "notes.txt").write_text("precious")
-        filled.set_aside()
+        filled.set_aside(segments=True)
         assert (filled.path / "notes.txt").read_text() == "precious"
 
     @pytest.mark.parametrize(
@@ -196,7 +196,7 @@ class TestSetAside:
             for path in filled.path.rglob("*")
             if path.is_file()
         }
-        attempt = filled.set_aside()
+        attempt = filled.set_aside(segments=True)
         assert attempt == filled.path / "attempt-1"
         # The scene stays too: the folder is still claimed.
         assert {item.name for item in filled.path.iterdir()} == {"attempt-1", "scene.json"}
@@ -207,16 +207,16 @@ class TestSetAside:
         }
 
     def test_attempts_are_numbered(self, filled):
-        filled.set_aside()
-        assert filled.set_aside() is None  # nothing new to move
+        filled.set_aside(segments=True)
+        assert filled.set_aside(segments=True) is None  # nothing new to move
         filled.write_state(state="failed")
-        assert filled.set_aside().name == "attempt-2"
+        assert filled.set_aside(segments=True).name == "attempt-2"
         (filled.path / "attempt-1").rename(filled.path / "attempt-3")
         filled.write_state(state="failed")
-        assert filled.set_aside().name == "attempt-1"
+        assert filled.set_aside(segments=True).name == "attempt-1"
 
     def test_the_folder_stays_claimed_between_two_attempts(self, filled):
-        filled.set_aside()
+        filled.set_aside(segments=True)
         filled.claim_for(scene_of(COLLISION))
 
 

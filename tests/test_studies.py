@@ -512,6 +512,8 @@ class TestCommand:
             assert time.monotonic() < end
             time.sleep(0.05)
         process.send_signal(signal.SIGINT)
+        time.sleep(0.5)
+        process.send_signal(signal.SIGINT)  # it hangs and will make no checkpoint
         _, err = process.communicate(timeout=15)
         assert process.returncode == 130
         assert "the same command goes on" in err

@@ -11,9 +11,10 @@ import typer
 from liggghts_driver import __version__
 from liggghts_driver.cli import show
 from liggghts_driver.cli.gradients import parse_gradients
-from liggghts_driver.cli.options import INTERRUPTED, Json, Overrides, SceneFile
+from liggghts_driver.cli.options import CHECKPOINT_EVERY_S, INTERRUPTED, Json, Overrides, SceneFile
 from liggghts_driver.cli.progress import follow
 from liggghts_driver.cli.study import study
+from liggghts_driver.cli.sweep import sweep
 from liggghts_driver.scene import read_scene
 
 app = typer.Typer(
@@ -24,6 +25,7 @@ app = typer.Typer(
     rich_markup_mode=None,
 )
 app.add_typer(study, name="study")
+app.add_typer(sweep, name="sweep")
 
 Ranks = Annotated[int, typer.Option("--ranks", min=1, help="MPI processes.")]
 Out = Annotated[
@@ -56,14 +58,23 @@ def run(
     overrides: Overrides = None,
     as_json: Json = False,
 ) -> None:
-    """Run a scene and report: the main job. Exit code 0 only for a valid answer."""
+    """Run a scene and report: the main job. Exit code 0 only for a valid answer.
+
+    Ctrl-C ends it at its next checkpoint, a second one at once; the same command goes on.
+    """
+    from liggghts_driver.engine.stop import Stop
+    from liggghts_driver.errors import RunInterrupted
     from liggghts_driver.solve import default_directory, solve
 
     checked = read_scene(scene, overrides or ())
     folder = out or default_directory(checked, scene.stem)
+    stop = Stop(checkpoint_every_s=CHECKPOINT_EVERY_S)
     try:
         with follow(quiet=as_json) as progress:
-            solution = solve(checked, folder, ranks, progress.on_case, progress.on_step)
+            solution = solve(checked, folder, ranks, progress.on_case, progress.on_step, stop)
+    except RunInterrupted as interrupted:
+        typer.echo(str(interrupted), err=True)
+        raise typer.Exit(INTERRUPTED) from None
     except KeyboardInterrupt:
         typer.echo(f"interrupted; what the run wrote so far is kept in {folder}", err=True)
         raise typer.Exit(INTERRUPTED) from None

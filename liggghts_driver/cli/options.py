@@ -9,6 +9,8 @@ import typer
 
 #: Exit code of a program that Ctrl-C ended.
 INTERRUPTED = 130
+#: Wall time between two checkpoints: a crash of the machine costs a run no more than this.
+CHECKPOINT_EVERY_S = 900.0
 
 SceneFile = Annotated[Path, typer.Argument(help="Scene file (TOML).", show_default=False)]
 Overrides = Annotated[

@@ -12,7 +12,7 @@ from liggghts_driver.deck.render import render
 from liggghts_driver.effects import decide_effects
 from liggghts_driver.effects.base import Column
 from liggghts_driver.effects.drag import uses_coupling
-from liggghts_driver.effects.piston import piston_stl
+from liggghts_driver.effects.piston import NO_TIME_S, piston_stl
 from liggghts_driver.flowing import flowing_threshold_m_s
 
 if TYPE_CHECKING:
@@ -32,25 +32,36 @@ _COLOURS = {
     "walls": "0.5 0.5 0.5",
 }
 _PIXELS = 1600
+#: The moment of inertia of a sphere over m r^2.
+_INERTIA = 0.4
+#: A piece is asked for a checkpoint only at its end, and is not to last longer than some seconds.
+_PIECE_PARTICLE_STEPS = 20_000_000
+_SMALLEST_PART = 20
 DATA_FILE = "particles.data"
 SERIES_FILE = "series.txt"
+PIECES_FILE = "pieces.in"
+CHECKPOINT_FILE = "checkpoint.in"
+CONTROL_FILE = "control.in"
+NOTHING_ASKED = f"# Nothing is asked for: on with the next piece.\njump {PIECES_FILE}\n"
 
 
 @dataclass(frozen=True)
 class Deck:
     """What the engine reads: file names to texts, ``deck.in`` among them.
 
-    ``sentinel`` is the line that the engine prints last.
+    ``sentinel`` is the line that the engine prints last; ``mark`` begins the one that it prints
+    after a checkpoint.
     """
 
     files: dict[str, str]
     sentinel: str
+    mark: str
 
 
 def build_deck(
     case: Case, scene_hash: str, ranks: int = 1, decisions: Sequence[Decision] | None = None
 ) -> Deck:
-    """Write the deck of a case.
+    """Write the deck of a case, from the start or from its checkpoint.
 
     ``decisions`` takes the place of what the effects decide by themselves, so that a test can have
     one in the deck whose coefficient is zero.
@@ -65,10 +76,12 @@ def build_deck(
     decided = decide_effects(case.scene) if decisions is None else decisions
     active = tuple(decision.effect for decision in decided if decision.active)
     sentinel = f"liggghts-driver: complete {scene_hash[:12]}"
+    mark = f"liggghts-driver: checkpoint {scene_hash[:12]}"
     values = {
         "version": __version__,
         "scene_hash": scene_hash[:12],
         "sentinel": sentinel,
+        "mark": mark,
         **_domain(case, active, ranks),
         **_time(case),
         **_counting(case),
@@ -76,15 +89,25 @@ def build_deck(
         "overlays": [o for effect in active if (o := effect.overlay(case)) is not None],
         "columns": _columns(case, active),
         "refresh": _refresh(case, active),
+        "pieces": _pieces(case),
+        "piston": case.scene.piston is not None,
+        "resume": _resume(case),
+        # Names of their own at each: the engine mixes up what has the same name in a restart file.
+        "checkpoint": case.checkpoint.number + 1 if case.checkpoint else 1,
+        **_kicks(case),
         "coupling": uses_coupling(case),
         "effects": [decision for decision in decided if decision.active],
         "rotation": any(effect.name == "rotation" for effect in active),
         "active": [_fragment(case, effect) for effect in active],
     }
-    files = {"deck.in": render("deck.in.j2", values), DATA_FILE: particle_data(case)}
+    names = ("deck.in", PIECES_FILE, CHECKPOINT_FILE)
+    files = {name: render(f"{name}.j2", values) for name in names}
+    files[CONTROL_FILE] = NOTHING_ASKED
+    if case.checkpoint is None:
+        files[DATA_FILE] = particle_data(case)
     if case.scene.piston is not None:
         files["piston.stl"] = piston_stl(case)
-    return Deck(files, sentinel)
+    return Deck(files, sentinel, mark)
 
 
 def _domain(case: Case, active: tuple[Effect, ...], ranks: int) -> dict[str, object]:
@@ -138,6 +161,54 @@ def _time(case: Case) -> dict[str, object]:
         "sample_every": plan.sample_every,
         "frame_every": plan.frame_every,
         "image_every": plan.image_every,
+    }
+
+
+def _pieces(case: Case) -> dict[str, object]:
+    """The pieces of a run: between two refreshes, or parts of what is between two samples."""
+    plan = case.time
+    steps = plan.refresh_every if plan.keeps_drag else _shorter(case)
+    done = case.checkpoint.step if case.checkpoint else 0
+    return {
+        "steps": steps,
+        "count": (plan.steps - done) // steps,
+        "file": PIECES_FILE,
+        "control": CONTROL_FILE,
+    }
+
+
+def _shorter(case: Case) -> int:
+    """The largest part of a sample interval, in steps, that does not take too long.
+
+    The whole of it where it has only parts so small that their own cost would show.
+    """
+    interval = case.time.sample_every
+    most = max(1, _PIECE_PARTICLE_STEPS // max(1, len(case.population.radii_m)))
+    longest = min(interval, most)
+    part = next(steps for steps in range(longest, 0, -1) if interval % steps == 0)
+    return part if _SMALLEST_PART * part >= longest else interval
+
+
+def _kicks(case: Case) -> dict[str, object]:
+    """Half a step, in which a force over m kicks a velocity, and a torque over m r^2 a spin."""
+    half = 0.5 * case.time.step_s
+    return {
+        "half_step": half,
+        "half_spin": half / _INERTIA,
+        "restart_pattern": "restart/step.*.restart",
+    }
+
+
+def _resume(case: Case) -> dict[str, object] | None:
+    """Where the run is taken up; None at the start."""
+    then = case.checkpoint
+    if then is None:
+        return None
+    return {
+        "number": then.number,
+        "step": then.step,
+        "restart": then.restart,
+        "no_time": NO_TIME_S,
     }
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from functools import cache
 from typing import TYPE_CHECKING
 
 import jinja2
@@ -12,12 +13,19 @@ from liggghts_driver.resources import templates_dir
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
+    from pathlib import Path
 
 
 def environment() -> jinja2.Environment:
     """A Jinja environment that refuses undefined names and values that are no plain text."""
+    return _environment(templates_dir())
+
+
+@cache
+def _environment(folder: Path) -> jinja2.Environment:
+    # Kept: compiling the templates takes longer than writing a deck.
     return jinja2.Environment(
-        loader=jinja2.FileSystemLoader(templates_dir()),
+        loader=jinja2.FileSystemLoader(folder),
         undefined=jinja2.StrictUndefined,
         finalize=_plain,
         autoescape=False,  # noqa: S701 - decks are not HTML

@@ -18,6 +18,8 @@ if TYPE_CHECKING:
 _OVERHANG = 0.05
 #: Room between the speed that can be reached and the servo's limit, where it ceases to be Newton's.
 _SPEED_MARGIN = 10.0
+#: A step so short that nothing moves in it, to the last bit.
+NO_TIME_S = 1e-20
 
 
 class Piston(Effect):
@@ -56,23 +58,27 @@ class Piston(Effect):
         """Force, gain, limit, place; and whether the fluid moves with it."""
         piston, fluid = case.scene.piston, case.scene.fluid
         assert piston is not None
-        drags = case.time.drag_scheme != ""
+        follows = fluid is not None and fluid.velocity_outside == "piston"
         force = case.piston_mass_kg * piston.acceleration
         limit = speed_limit_m_s(case)
+        then = case.checkpoint
+        velocity = then.piston_velocity_m_s if then else 0.0
         return {
             "mass": case.piston_mass_kg,
             "acceleration": piston.acceleration,
             "force": force,
             "gain": force / (case.piston_mass_kg * limit),
             "limit": limit,
+            "step": case.time.step_s,
+            "taken_up": then.step if then else 0,
+            "velocity_then": velocity,
+            # The servo's integral of all forces is M v; one step that lasts NO_TIME_S adds it up.
+            "integral": case.piston_mass_kg * velocity / NO_TIME_S,
             "x": case.layout.low[0],
             "y": (case.layout.low[1] + case.layout.high[1]) / 2,
             "z": (case.layout.low[2] + case.layout.high[2]) / 2,
             "type": case.type_of("walls"),
-            "velocity": drags and fluid is not None and fluid.velocity_outside == "piston",
-            "recent": case.time.refresh_every
-            if case.time.drag_scheme in ("held", "implicit")
-            else 0,
+            "recent": case.time.refresh_every if follows and case.time.keeps_drag else 0,
         }
 
     def columns(self, case: Case) -> tuple[Column, ...]:  # noqa: ARG002

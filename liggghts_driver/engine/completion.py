@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 from liggghts_driver.deck.build import FRAME_COLUMNS
 from liggghts_driver.errors import ParseError
 from liggghts_driver.results.binarydump import iter_binary_frames
-from liggghts_driver.results.series import read_series
+from liggghts_driver.results.series import read_run_series
 from liggghts_driver.timestep import frame_steps
 
 if TYPE_CHECKING:
@@ -58,12 +58,21 @@ def _returncode(returncode: int) -> str | None:
     return None if returncode == 0 else f"the engine ended with return code {returncode}"
 
 
-def _sentinel(run: RunDirectory, sentinel: str) -> str | None:
+def last_line_with(run: RunDirectory, start: str) -> str | None:
+    """The last line that the engine printed with such a start; None if it printed none.
+
+    The echoed print command holds the same words, but does not start with them.
+    """
     with run.stdout.open("rb") as file:
         file.seek(max(0, run.stdout.stat().st_size - _END_BYTES))
         lines = file.read().decode("utf-8", errors="replace").splitlines()
-    # The whole line: the echoed print command holds the same words.
-    if sentinel in (line.strip() for line in lines):
+    found = [line.strip() for line in lines if line.startswith(start)]
+    return found[-1] if found else None
+
+
+def _sentinel(run: RunDirectory, sentinel: str) -> str | None:
+    # The whole line, not one that a crash cut off or lengthened.
+    if last_line_with(run, sentinel) == sentinel:
         return None
     return "the engine did not reach the end of the deck"
 
@@ -91,11 +100,11 @@ def _spheres(case: Case, thermo: Thermo) -> str | None:
 
 def _series(case: Case, run: RunDirectory) -> str | None:
     try:
-        steps = read_series(run.engine_series)["step"]
+        steps = read_run_series(run)["step"]
     except ParseError as error:
         return str(error)
-    last = int(steps.iloc[-1]) if len(steps) else 0
-    if last == case.time.steps and len(steps) == case.time.steps // case.time.sample_every:
+    last, every = int(steps.iloc[-1]) if len(steps) else 0, case.time.sample_every
+    if steps.tolist() == list(range(every, case.time.steps + 1, every)):
         return None
     return f"the series ends at step {last} of {case.time.steps}, or has gaps"
 

@@ -21,14 +21,26 @@ def failure_message(run: RunDirectory, faults: list[str]) -> str:
     """One message about a failed run; the folder stays as it is."""
     text = _read(run.stdout)
     errors = [line.strip() for line in text.splitlines() if line.startswith("ERROR")]
-    deck = culprit(_read(run.deck), text) if errors else None
+    deck = _culprit(run, text) if errors else None
     parts = [f"the run failed: {'; '.join(faults)}"]
     parts += [f"  the engine says: {line}" for line in errors[:3]]
     if deck is not None:
-        parts.append(f"  at {run.deck.name}, line {deck[0]}: {deck[1]}")
+        parts.append(f"  at {deck[0]}, line {deck[1]}: {deck[2]}")
     parts += ["  its last lines:", *(f"    | {line}" for line in _tail(text))]
     parts.append(f"  everything is kept in {run.path} ({run.stdout.name}, {run.log.name})")
     return "\n".join(parts)
+
+
+def _culprit(run: RunDirectory, output: str) -> tuple[str, int, str] | None:
+    """File, number and text of the line that the engine read last."""
+    found = culprit(_read(run.deck), output)
+    if found is None or not found[1].startswith("jump"):
+        return None if found is None else (run.deck.name, *found)
+    # It went through the pieces again and again: the last of their commands that it echoed.
+    echoed = [_normal(line) for line in output.splitlines()]
+    numbered = {_normal(line): (number, line) for number, line in _commands(_read(run.pieces))}
+    last = next((line for line in reversed(echoed) if line in numbered), None)
+    return (run.deck.name, *found) if last is None else (run.pieces.name, *numbered[last])
 
 
 def culprit(deck: str, output: str) -> tuple[int, str] | None:

@@ -38,7 +38,8 @@ class Finding:
 
 def examine() -> list[Finding]:
     """Everything that a run needs, and whether it is here."""
-    programs = [_program("stdbuf", needed=True), _program("mpirun", needed=False)]
+    programs = [_program(name, needed=True) for name in ("stdbuf", "env", "setpriv")]
+    programs.append(_program("mpirun", needed=False))
     try:
         engine = find_engine()
     except EngineNotFoundError as error:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import functools
 import os
 import re
+import shlex
 import shutil
 import subprocess
 from dataclasses import dataclass
@@ -12,16 +13,24 @@ from pathlib import Path
 
 from liggghts_driver.errors import EngineNotFoundError
 
+_YIELD_VARIABLE = "OMPI_MCA_mpi_yield_when_idle"
 #: How to get each program on Debian.
 INSTALL = {
     "liggghts": "apt-get install --no-install-recommends liggghts",
     "mpirun": "apt-get install --no-install-recommends openmpi-bin",
     "stdbuf": "apt-get install coreutils",
+    "env": "apt-get install coreutils",
+    "setpriv": "apt-get install util-linux",
 }
 #: Set this to use another binary than the `liggghts` of the PATH.
 BINARY_VARIABLE = "LIGGGHTS_DRIVER_BINARY"
+#: Set this where another program than Open MPI's starts ranks, e.g. "srun --mpi=pmi2 -n {ranks}".
+LAUNCHER_VARIABLE = "LIGGGHTS_DRIVER_LAUNCHER"
 
 
+#: Signals that a batch system sends to every process of a job. They are for the driver, which then
+#: asks the engine for a checkpoint; the engine itself would stop at once and lose it.
+_FOR_THE_DRIVER = "TERM,HUP,USR1"
 #: How the engine is told to read the deck, where to log, and to echo every command.
 BATCH_ARGUMENTS = ("-in", "deck.in", "-log", "log.liggghts", "-echo", "both")
 
@@ -37,23 +46,50 @@ class Engine:
         """The command that runs ``deck.in`` of the working folder.
 
         ``stdbuf -oL``: without line buffering the engine's last words are lost in a pipe.
+        ``setpriv --pdeathsig``: a driver that is killed takes the engine with it.
 
         Raises
         ------
         EngineNotFoundError
             If a launcher is missing.
         """
-        engine = [require("stdbuf"), "-oL", self.binary]
+        deaf = [require("env"), f"--block-signal={_FOR_THE_DRIVER}"]
+        engine = [*deaf, require("stdbuf"), "-oL", self.binary, *BATCH_ARGUMENTS]
+        bound = [require("setpriv"), "--pdeathsig", "KILL"]
         if ranks == 1:
-            return [*engine, *BATCH_ARGUMENTS]
-        # By itself Open MPI binds every job to the first cores; runs side by side would share them.
-        launcher = [require("mpirun"), "--bind-to", "none", "-np", str(ranks)]
-        return [*launcher, *engine, *BATCH_ARGUMENTS]
+            return [*bound, *engine]
+        launcher = _launcher(ranks)
+        return [*bound, *deaf, *launcher, *engine]
+
+
+def _launcher(ranks: int) -> list[str]:
+    """The words that start something on so many ranks.
+
+    By itself Open MPI binds every job to the first cores; runs side by side would share them.
+
+    Raises
+    ------
+    EngineNotFoundError
+        If the launcher is missing.
+    """
+    words = shlex.split(os.environ.get(LAUNCHER_VARIABLE, "mpirun --bind-to none -np {ranks}"))
+    program, *arguments = words or ["mpirun"]
+    return [require(program), *(word.replace("{ranks}", str(ranks)) for word in arguments)]
 
 
 def launch_environment() -> dict[str, str]:
-    """The environment of a launch: one thread per rank; Open MPI takes root only if told twice."""
-    extra = {"OMP_NUM_THREADS": "1"}
+    """The environment of a launch: one thread per rank; Open MPI takes root only if told twice.
+
+    A single process without ``isolated`` starts a helper of Open MPI, which costs a tenth of a
+    second, and whose end by a batch system's SIGTERM ends the engine too. Ranks that wait for each
+    other ``yield`` their core: where others want it, waiting by turning in circles takes many times
+    as long.
+    """
+    extra = {
+        "OMP_NUM_THREADS": "1",
+        "OMPI_MCA_ess_singleton_isolated": "1",
+        _YIELD_VARIABLE: os.environ.get(_YIELD_VARIABLE, "1"),
+    }
     if os.geteuid() == 0:
         extra |= {"OMPI_ALLOW_RUN_AS_ROOT": "1", "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1"}
     return {**os.environ, **extra}
@@ -70,7 +106,8 @@ def require(program: str) -> str:
     found = shutil.which(program)
     if found is None:
         raise EngineNotFoundError(
-            f"{program}: not found on the PATH; install it with: {INSTALL[program]}"
+            f"{program}: not found on the PATH; install it"
+            + (f" with: {INSTALL[program]}" if program in INSTALL else "")
         )
     return found
 

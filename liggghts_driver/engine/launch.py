@@ -5,24 +5,25 @@ from __future__ import annotations
 import contextlib
 import os
 import re
+import select
 import signal
 import subprocess
-import threading
 import time
 from dataclasses import dataclass
-from signal import SIGHUP, SIGTERM
 from typing import TYPE_CHECKING
 
 from liggghts_driver.engine.find import launch_environment
+from liggghts_driver.engine.stop import Stop, signals_as_wishes
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Sequence
     from pathlib import Path
-    from types import FrameType
 
 #: A row of the log is step, spheres, seconds; nothing else the engine prints has this shape.
 _ROW = re.compile(rb"^[ \t]*(\d+)[ \t]+\d+[ \t]+\d[-+0-9.e]*[ \t]*$", re.MULTILINE)
 _GRACE_S = 5.0
+#: How often it is looked whether the run is wanted no longer.
+_LOOK_EVERY_S = 0.1
 _CHUNK_BYTES = 65536
 #: No row is longer; what is left of a chunk is looked at again with the next one.
 _LONGEST_ROW_BYTES = 256
@@ -42,6 +43,8 @@ def launch(
     folder: Path,
     stdout: Path,
     on_step: Callable[[int], None] = lambda _step: None,
+    stop: Stop | None = None,
+    ask: Callable[[], None] = lambda: None,
 ) -> Launch:
     """Run a command in a folder until it ends, copying what it prints to a file.
 
@@ -55,13 +58,18 @@ def launch(
         Where its output goes, standard error included.
     on_step
         Called with the step of each row of the series as it appears.
+    stop
+        The wish to end, which Ctrl-C and the signals of a batch system express too.
+    ask
+        Asks the command to end by itself, once, when that is wished for.
 
     Raises
     ------
     KeyboardInterrupt
-        After the whole process group has been ended.
+        If it did not end by itself in time: after the whole process group has been ended.
     """
     start = time.perf_counter()
+    wish = stop or Stop()
     process = subprocess.Popen(
         command,
         cwd=folder,
@@ -72,8 +80,8 @@ def launch(
         start_new_session=True,
     )
     try:
-        with _signals_as_interrupt():
-            _copy(process, stdout, on_step)
+        with signals_as_wishes(wish):
+            _copy(process, stdout, on_step, wish.watch(ask))
             returncode = process.wait()
     except BaseException:
         end_group(process)
@@ -81,12 +89,17 @@ def launch(
     return Launch(tuple(command), returncode, time.perf_counter() - start)
 
 
-def _copy(process: subprocess.Popen[bytes], stdout: Path, on_step: Callable[[int], None]) -> None:
+def _copy(
+    process: subprocess.Popen[bytes],
+    stdout: Path,
+    on_step: Callable[[int], None],
+    look: Callable[[], None],
+) -> None:
     """Copy in chunks of bounded size: a program gone wild may print a line without an end."""
     assert process.stdout is not None
     rest = b""
     with stdout.open("wb", buffering=0) as file, process.stdout:
-        while chunk := os.read(process.stdout.fileno(), _CHUNK_BYTES):
+        for chunk in _chunks(process.stdout.fileno(), look):
             file.write(chunk)
             complete, newline, rest = (rest + chunk).rpartition(b"\n")
             rest = rest[-_LONGEST_ROW_BYTES:]
@@ -94,27 +107,24 @@ def _copy(process: subprocess.Popen[bytes], stdout: Path, on_step: Callable[[int
                 on_step(int(row.group(1)))
 
 
-@contextlib.contextmanager
-def _signals_as_interrupt() -> Iterator[None]:
-    """Take the end of a batch job or of a terminal for Ctrl-C, so that the engine ends too."""
-
-    def interrupt(_number: int, _frame: FrameType | None) -> None:
-        raise KeyboardInterrupt
-
-    if threading.current_thread() is not threading.main_thread():
-        yield  # only the main thread may set handlers
-        return
-    before = {number: signal.signal(number, interrupt) for number in (SIGTERM, SIGHUP)}
-    try:
-        yield
-    finally:
-        for number, handler in before.items():
-            signal.signal(number, handler)
+def _chunks(descriptor: int, look: Callable[[], None]) -> Iterator[bytes]:
+    """What comes out of a pipe, looking around now and then."""
+    poll = select.poll()
+    poll.register(descriptor, select.POLLIN)
+    while True:
+        ready = poll.poll(1000.0 * _LOOK_EVERY_S)
+        look()
+        if not ready:
+            continue
+        chunk = os.read(descriptor, _CHUNK_BYTES)
+        if not chunk:
+            return
+        yield chunk
 
 
 def end_group(process: subprocess.Popen[bytes]) -> None:
     """End a process and all that it started: first politely, then for good."""
-    for number in (signal.SIGTERM, signal.SIGKILL):
+    for number in (signal.SIGINT, signal.SIGKILL):  # the engine is deaf to SIGTERM
         with contextlib.suppress(ProcessLookupError):
             os.killpg(process.pid, number)
         with contextlib.suppress(subprocess.TimeoutExpired):

@@ -2,18 +2,14 @@
 
 from __future__ import annotations
 
-import base64
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-import jinja2
-
 from liggghts_driver.prepare import decisions_of
+from liggghts_driver.report.environment import page_environment
 from liggghts_driver.report.facts import overview, provenance
 from liggghts_driver.report.listing import scene_listing
-from liggghts_driver.report.numbers import number
 from liggghts_driver.report.tables import comparison_rows, exact_rows, steadiness
-from liggghts_driver.resources import templates_dir
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -67,7 +63,7 @@ def render_page(
     """
     results = answer.results
     return (
-        _environment()
+        page_environment()
         .get_template("report.html.j2")
         .render(
             headline=_HEADLINES[answer.verdict],
@@ -84,21 +80,3 @@ def render_page(
             provenance=provenance(results),
         )
     )
-
-
-def _environment() -> jinja2.Environment:
-    """Every text is escaped, every unknown name is an error."""
-    environment = jinja2.Environment(
-        loader=jinja2.FileSystemLoader(templates_dir()),
-        undefined=jinja2.StrictUndefined,
-        autoescape=True,
-        trim_blocks=True,
-        lstrip_blocks=True,
-        keep_trailing_newline=True,
-    )
-    environment.filters |= {"data_uri": _data_uri, "number": number}
-    return environment
-
-
-def _data_uri(picture: Picture) -> str:
-    return "data:image/png;base64," + base64.b64encode(picture.png).decode("ascii")

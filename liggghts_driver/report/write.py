@@ -7,11 +7,9 @@ from typing import TYPE_CHECKING
 from liggghts_driver.report.figures import draw_figures
 from liggghts_driver.report.page import render_page
 from liggghts_driver.report.snapshots import snapshots
-from liggghts_driver.rundir import write_text
+from liggghts_driver.rundir import write_bytes, write_text
 
 if TYPE_CHECKING:
-    from pathlib import Path
-
     from liggghts_driver.case import Case
     from liggghts_driver.results.answer import Answer
     from liggghts_driver.rundir import RunDirectory
@@ -28,14 +26,6 @@ def write_report(case: Case, answer: Answer, directory: RunDirectory) -> None:
     figures = draw_figures(case, answer)
     seen = snapshots(case, answer, directory)
     for picture in (*figures, *seen.pictures):
-        _write_bytes(directory.figures / f"{picture.name}.png", picture.png)
+        write_bytes(directory.figures / f"{picture.name}.png", picture.png)
     deck = directory.deck.read_text(encoding="utf-8")
     write_text(directory.report, render_page(case, answer, deck, figures, seen))
-
-
-def _write_bytes(path: Path, data: bytes) -> None:
-    """Write a file so that it is either whole or not there."""
-    path.parent.mkdir(parents=True, exist_ok=True)
-    part = path.with_name(f".{path.name}.part")
-    part.write_bytes(data)
-    part.replace(path)

@@ -16,8 +16,9 @@ from liggghts_driver.flowing import flowing_threshold_m_s
 from liggghts_driver.prediction import NoDarcyError, predict
 from liggghts_driver.results.comparison import compare
 from liggghts_driver.results.exact import exact_checks
+from liggghts_driver.results.plain import plain
 from liggghts_driver.results.positions import largest_overlap_over_radius
-from liggghts_driver.results.series import complete_series, read_series
+from liggghts_driver.results.series import complete_series, read_run_series
 from liggghts_driver.results.verdict import judge
 from liggghts_driver.rundir import scene_hash, templates_hash
 from liggghts_driver.statistics import Rate, SeriesMean, flow_rate, series_mean
@@ -51,7 +52,7 @@ def analyse(run: FinishedRun) -> Answer:
         If a file of the engine is not what it should be.
     """
     case = run.case
-    series = complete_series(read_series(run.directory.engine_series), case)
+    series = complete_series(read_run_series(run.directory), case)
     rates = _rates(case, series)
     velocity = _velocity(series)
     overlap = largest_overlap_over_radius(run.directory, case)
@@ -195,18 +196,3 @@ def _provenance(run: FinishedRun) -> dict[str, Any]:
         "platform": sys.platform,
         "command": list(run.command),
     }
-
-
-def plain(value: Any) -> Any:
-    """A value as JSON has it: numbers of NumPy unwrapped, what is not finite as null."""
-    if isinstance(value, dict):
-        return {str(name): plain(inner) for name, inner in value.items()}
-    if isinstance(value, (list, tuple)):
-        return [plain(inner) for inner in value]
-    if isinstance(value, np.ndarray):
-        return plain(value.tolist())
-    if isinstance(value, np.generic):
-        return plain(value.item())
-    if isinstance(value, float) and not math.isfinite(value):
-        return None
-    return value

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, Any
 
-from scipy import stats
+from scipy.special import ndtri
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from liggghts_driver.statistics import Rate, SeriesMean
 
 #: Half width of a 95 % interval over the standard error.
-_CI95 = float(stats.norm.ppf(0.975))
+_CI95 = float(ndtri(0.975))
 
 
 def compare(

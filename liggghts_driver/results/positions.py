@@ -12,7 +12,7 @@ from scipy.spatial import cKDTree
 from liggghts_driver.deck.build import FRAME_COLUMNS
 from liggghts_driver.errors import ParseError
 from liggghts_driver.results.binarydump import iter_binary_frames
-from liggghts_driver.results.series import read_series
+from liggghts_driver.results.series import read_run_series
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -83,7 +83,7 @@ def _piston_places(run: RunDirectory, case: Case) -> dict[int, float]:
     """Where the piston was, by step; empty without one."""
     places = {0: case.layout.low[0]}
     if case.scene.piston is not None and run.engine_series.exists():
-        series = read_series(run.engine_series)
+        series = read_run_series(run)
         places |= dict(zip(series["step"].tolist(), series["piston_x_m"].tolist(), strict=True))
     return places
 

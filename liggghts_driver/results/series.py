@@ -15,6 +15,19 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from liggghts_driver.case import Case
+    from liggghts_driver.rundir import RunDirectory
+
+
+def read_run_series(run: RunDirectory) -> pd.DataFrame:
+    """Rows of a run from its start on, those of its earlier segments first; as ``read_series``.
+
+    Raises
+    ------
+    ParseError
+        If a part has no series, or one that is not what it should be.
+    """
+    parts = [read_series(part.engine_series) for part in run.parts()]
+    return pd.concat(parts, ignore_index=True)
 
 
 def read_series(path: Path) -> pd.DataFrame:

@@ -22,6 +22,8 @@ from liggghts_driver.errors import ParseError
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
+    from liggghts_driver.rundir import RunDirectory
+
 STEP = "Step"
 
 _WIDTHS = (8, 14)
@@ -112,6 +114,31 @@ def read_thermo(path: str | Path) -> Thermo:
         warnings=tuple(line for line in lines if line.startswith("WARNING")),
         errors=tuple(line for line in lines if line.startswith("ERROR")),
         truncated=rest or None,
+    )
+
+
+def read_logs(run: RunDirectory) -> Thermo:
+    """The logs of all parts of a run as one.
+
+    Raises
+    ------
+    ParseError
+        If one cannot be read.
+    """
+    parts = [read_thermo(part.log) for part in run.parts()]
+    timing: Counter[str] = Counter()
+    for part in parts:
+        timing.update(part.timing_s)
+    return Thermo(
+        # A part begins with the instant at which the one before it ended.
+        rows=pd.concat([part.rows for part in parts]).drop_duplicates(STEP, ignore_index=True)
+        if len(parts) > 1
+        else parts[0].rows,
+        loops=tuple(loop for part in parts for loop in part.loops),
+        timing_s=MappingProxyType(dict(timing)),
+        warnings=tuple(line for part in parts for line in part.warnings),
+        errors=tuple(line for part in parts for line in part.errors),
+        truncated=parts[-1].truncated,
     )
 
 

@@ -20,6 +20,7 @@ from liggghts_driver.scene.repair import contradictions_beside
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
+    from pydantic.fields import FieldInfo
     from pydantic_core import ErrorDetails
 
 
@@ -39,8 +40,8 @@ def read_scene(path: str | Path, overrides: Sequence[str] = ()) -> Scene:
         With every mistake of the file and the overrides in one message.
     """
     source = Path(path)
-    data = _load(source)
-    unreadable = [fault for text in overrides if (fault := _override(data, text))]
+    data = load_tables(source)
+    unreadable = [f"  - {fault}" for text in overrides if (fault := apply_override(data, text))]
     if not unreadable:
         return make_scene(data, source.name)
     messages = [f"{source.name}: overrides that cannot be understood", *unreadable]
@@ -63,7 +64,7 @@ def make_scene(data: Mapping[str, Any], source: str = "scene") -> Scene:
         scene = Scene.model_validate(data)
     except ValidationError as error:
         details = error.errors()
-        mistakes = [_explain(detail) for detail in details]
+        mistakes = [explain_detail(detail) for detail in details]
         mistakes += contradictions_beside(data, [detail["loc"] for detail in details])
         raise SceneError(_message(source, mistakes)) from None
     mistakes = scene_mistakes(scene) or _effect_mistakes(scene)
@@ -84,37 +85,60 @@ def _message(source: str, mistakes: Sequence[Mistake]) -> str:
     return "\n".join([f"{source}: {len(mistakes)} {noun}", *(f"  - {m}" for m in mistakes)])
 
 
-def _load(path: Path) -> dict[str, Any]:
+def load_tables(path: Path, what: str = "scene") -> dict[str, Any]:
+    """The tables of a TOML or JSON file, unchecked; ``what`` is what messages call it.
+
+    Raises
+    ------
+    SceneError
+        If there is no such file, or it holds no tables.
+    """
     try:
         text = path.read_text(encoding="utf-8")
     except OSError as error:
         raise SceneError(f"{path}: cannot be read ({error.strerror}); check the path") from None
     except UnicodeDecodeError:
-        raise SceneError(f"{path}: not a text file in UTF-8; a scene is a TOML file") from None
+        raise SceneError(f"{path}: not a text file in UTF-8; a {what} is a TOML file") from None
     try:
         loaded = json.loads(text) if path.suffix == ".json" else tomllib.loads(text)
     except RecursionError:
-        raise SceneError(f"{path}: nested too deeply to be a scene") from None
+        raise SceneError(f"{path}: nested too deeply to be a {what}") from None
     except ValueError as error:  # of both readers; also for numbers of thousands of digits
         raise SceneError(f"{path}: not valid {path.suffix[1:] or 'TOML'}: {error}") from None
     if not isinstance(loaded, dict):
-        raise SceneError(f"{path}: a scene is a set of tables, not a {type(loaded).__name__}")
+        raise SceneError(f"{path}: a {what} is a set of tables, not a {type(loaded).__name__}")
     return loaded
 
 
-def _override(data: dict[str, Any], text: str) -> str | None:
-    """Put one override into ``data``; a sentence when it cannot be understood."""
+def apply_override(data: dict[str, Any], text: str) -> str | None:
+    """Put one ``section.key=value`` into ``data``; a sentence when it cannot be understood."""
     name, equals, value = text.partition("=")
-    *tables, last = (part.strip() for part in name.split("."))
-    if not equals or not last or not all(tables):
-        return f"  - --set {text!r}: must be section.key=value; e.g. --set time.duration=10"
+    parts = [part.strip() for part in name.split(".")]
+    if not equals or not all(parts):
+        return f"--set {text!r}: must be section.key=value; e.g. --set time.duration=10"
+    blocked = set_key(data, ".".join(parts), _value(value.strip()))
+    if blocked is not None:
+        return f"--set {text!r}: {blocked} is not a table; override a key of a table"
+    return None
+
+
+def set_key(data: dict[str, Any], name: str, value: Any) -> str | None:
+    """Set ``section.key`` in plain tables, in place; ``spheres[0].radius`` reaches into a list.
+
+    Returns
+    -------
+    str | None
+        The part of the name that stands for no table, where nothing was set; None when all went
+        well. Tables that are not there are made.
+    """
+    *tables, last = name.split(".")
     place = data
     for table in tables:
         inner = _enter(place, table)
         if inner is None:
-            return f"  - --set {text!r}: {table} is not a table; override a key of a table"
+            return table
         place = inner
-    place[last] = _value(value.strip())
+    place[last] = value
     return None
 
 
@@ -138,20 +162,21 @@ def _value(text: str) -> Any:
         return text  # a bare word is meant as a text
 
 
-def _explain(detail: ErrorDetails) -> Mistake:
+def explain_detail(detail: ErrorDetails, root: type[BaseModel] = Scene) -> Mistake:
+    """What pydantic finds wrong with the tables of a class, in this package's words."""
     name = _dotted(detail["loc"]) or "scene"
     value = detail["input"]
     if detail["type"] == "extra_forbidden":
-        return _unknown(detail, name)
+        return _unknown(detail, name, root)
     if detail["type"] == "missing":
-        return Mistake(name, None, "it is needed", _fix(detail["loc"]))
+        return Mistake(name, None, "it is needed", _fix(detail["loc"], root))
     bound = (
         detail["msg"]
         .removeprefix("Input ")
         .removeprefix("Value error, ")
         .replace("should be", "must be")
     )
-    return Mistake(name, value, bound, _fix(detail["loc"]))
+    return Mistake(name, value, bound, _fix(detail["loc"], root))
 
 
 def _dotted(location: tuple[int | str, ...]) -> str:
@@ -159,9 +184,9 @@ def _dotted(location: tuple[int | str, ...]) -> str:
     return "".join(parts).removeprefix(".")
 
 
-def _unknown(detail: ErrorDetails, name: str) -> Mistake:
-    table = _table(detail["loc"][:-1])
-    valid = sorted(table.model_fields)
+def _unknown(detail: ErrorDetails, name: str, root: type[BaseModel]) -> Mistake:
+    table = _table(detail["loc"][:-1], root)
+    valid = sorted(_keys(table))
     near = difflib.get_close_matches(str(detail["loc"][-1]), valid, n=1)
     hint = f"did you mean {near[0]}? " if near else ""
     return Mistake(
@@ -173,13 +198,13 @@ def _short(value: object) -> object:
     return "{...}" if isinstance(value, dict) else value
 
 
-def _fix(location: tuple[int | str, ...]) -> str:
+def _fix(location: tuple[int | str, ...], root: type[BaseModel]) -> str:
     """What to give there, from the documentation of the key."""
     names = [number for number, part in enumerate(location) if isinstance(part, str)]
     if not names:
         return "give tables and keys"
     where = location[: names[-1] + 1]  # the key; what follows is a place in its list
-    field = _table(where[:-1]).model_fields.get(str(where[-1]))
+    field = _keys(_table(where[:-1], root)).get(str(where[-1]))
     if field is None or not field.description:
         return f"give [{_dotted(where)}]" if len(where) == 1 else "see the documentation"
     extra = field.json_schema_extra
@@ -187,9 +212,14 @@ def _fix(location: tuple[int | str, ...]) -> str:
     return f"give the {field.description}" + (f" [{unit}]" if unit else "")
 
 
-def _table(location: tuple[int | str, ...]) -> type[BaseModel]:
-    """The class of the table at a place in the scene."""
-    table: type[BaseModel] = Scene
+def _keys(table: type[BaseModel]) -> dict[str, FieldInfo]:
+    """The fields of a table by the names that a file gives them."""
+    return {field.alias or name: field for name, field in table.model_fields.items()}
+
+
+def _table(location: tuple[int | str, ...], root: type[BaseModel]) -> type[BaseModel]:
+    """The class of the table at a place in a file."""
+    table = root
     for part in location:
         if isinstance(part, str) and part in table.model_fields:
             table = table_class(table.model_fields[part].annotation) or table

@@ -12,7 +12,7 @@ import numpy as np
 from liggghts_driver import __version__
 from liggghts_driver.effects import active_effects
 from liggghts_driver.prepare import prepare
-from liggghts_driver.results.answer import plain
+from liggghts_driver.results.plain import plain
 from liggghts_driver.rundir import scene_hash, templates_hash, write_text
 from liggghts_driver.solve import default_directory, solve
 from liggghts_driver.studies.figure import draw_effects

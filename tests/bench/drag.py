@@ -7,7 +7,6 @@ full case or from its dense state. A run of no steps is subtracted, which leaves
 from __future__ import annotations
 
 import math
-import re
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
@@ -17,9 +16,10 @@ from liggghts_driver.case import Case, make_case
 from liggghts_driver.deck.build import build_deck
 from liggghts_driver.engine.find import find_engine
 from liggghts_driver.results.positions import iter_instants
-from liggghts_driver.run import write_deck
+from liggghts_driver.results.series import read_run_series
 from liggghts_driver.rundir import RunDirectory
 from liggghts_driver.scene import make_scene, read_scene
+from liggghts_driver.written import write_deck
 from tests.bench.timing import wall_seconds
 
 if TYPE_CHECKING:
@@ -67,7 +67,7 @@ def later_start(case: Case, run: RunDirectory, time_s: float) -> Start:
     """The full case as a run of it had it at some time, velocities included."""
     wanted = time_s / case.time.step_s
     instant = min(iter_instants(run), key=lambda frame: abs(frame.step - wanted))
-    series = np.genfromtxt(run.engine_series, names=True)
+    series = read_run_series(run)
     x = float(np.interp(instant.step, series["step"], series["piston_x_m"]))
     population = case.population
     centres, velocities = population.centres_m.copy(), population.velocities_m_s.copy()
@@ -103,7 +103,7 @@ def _written(case: Case, start: Start, scheme: str, steps: int, folder: Path, ra
     deck = build_deck(variant, "0" * 64, ranks)
     text = deck.files["deck.in"]
     if steps == 0:
-        text = re.sub(r"^run  .*?(?=^print)", "run 0\n", text, flags=re.MULTILINE | re.DOTALL)
+        deck.files["pieces.in"] = 'print "nothing to do"\n'
     if scheme == "written by hand":
         text = text.replace("# ---- 6.", f"{by_hand(variant)}\n# ---- 6.")
     deck.files["deck.in"] = text

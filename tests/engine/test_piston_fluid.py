@@ -99,12 +99,17 @@ def test_a_sphere_dragged_by_the_piston(simulator: Simulator, scheme: str) -> No
     )
     states = exact(viscosity, outcomes[0].times_s)  # the frames' times are the same
     wrong = [errors(outcome, states) for outcome in outcomes]
-    # First order, for the piston is. 0.1: as in the tests of the piston alone.
-    assert order(STEPS, wrong) == pytest.approx(-1.0, abs=0.1)
+    # The piston's place is of first order (it starts late), its velocity is not, and so neither is
+    # what follows it; but the exact scheme, at each step, knows the velocity of the one before.
+    # 0.1: as in the tests of the piston alone.
+    dragged = -1.0 if scheme == "exact" else -2.0
+    assert order(STEPS, wrong) == pytest.approx([-1.0, dragged], abs=0.1)
     # The piston's late start, as in its own tests; the sphere gains so little speed, a fifth of
-    # the piston's, that the same error is five times as large for it.
+    # the piston's, that the error of one step is five times as large for it. What is kept for four
+    # steps errs by the curvature of its velocity: three periods of it are 12,800 steps, 1 - cos of
+    # two steps' phase, (2 pi 3 2 / n)^2 / 2 = 700 / n^2, five times as large for the sphere.
     assert wrong[-1][0] < 9.0 / STEPS[-1]
-    assert wrong[-1][1] < 45.0 / STEPS[-1]
+    assert wrong[-1][1] < (45.0 / STEPS[-1] if scheme == "exact" else 5 * 700.0 / STEPS[-1] ** 2)
 
 
 @pytest.mark.parametrize("scheme", ["exact", "held", "implicit"])

@@ -28,8 +28,8 @@ from liggghts_driver.engine.launch import launch
 from liggghts_driver.prepare import without
 from liggghts_driver.results.positions import iter_instants
 from liggghts_driver.results.thermo import read_thermo
-from liggghts_driver.run import write_deck
 from liggghts_driver.rundir import RunDirectory, scene_hash
+from liggghts_driver.written import write_deck
 
 from .support import stepping
 

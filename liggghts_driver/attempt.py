@@ -1,0 +1,203 @@
+"""A try at a run: the engine launched, from checkpoint to checkpoint, until the run is whole."""
+
+from __future__ import annotations
+
+import os
+import platform
+import time
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING, Any
+
+from liggghts_driver.case import Checkpoint
+from liggghts_driver.claim import current_job
+from liggghts_driver.deck.build import build_deck
+from liggghts_driver.engine.completion import last_line_with, missing_proofs
+from liggghts_driver.engine.diagnose import failure_message
+from liggghts_driver.engine.find import Engine, find_engine
+from liggghts_driver.engine.launch import launch
+from liggghts_driver.errors import RunError, RunInterrupted
+from liggghts_driver.results.thermo import Thermo, read_logs, read_thermo
+from liggghts_driver.rundir import RunDirectory, scene_hash, write_text
+from liggghts_driver.written import other_than_written, write_deck
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from liggghts_driver.case import Case
+    from liggghts_driver.deck.build import Deck
+    from liggghts_driver.engine.launch import Launch
+    from liggghts_driver.engine.stop import Stop
+
+#: What of the time plan a run keeps, so that a later version of this software reads it right.
+_PLAN = ("step_s", "steps", "sample_every", "refresh_every", "frame_every", "image_every")
+#: The engine's split is believed when it tells of this share of the stepping.
+_TOLD = 0.9
+
+
+@dataclass
+class Attempt:
+    """Everything that a launch needs; the claim on the directory is the caller's."""
+
+    case: Case
+    directory: RunDirectory
+    ranks: int
+    on_step: Callable[[int], None]
+    stop: Stop
+    engine: Engine = field(default_factory=find_engine)
+    failures: int = field(init=False)
+
+    def __post_init__(self) -> None:
+        self.failures = self.directory.read_state().get("failures", 0)
+
+    def run(self) -> Thermo:
+        """Launch until the run is whole, going on from checkpoints; what the engine logged.
+
+        Raises
+        ------
+        RunError
+            If the engine failed or its run is not whole; the folder stays.
+        RunInterrupted
+            If it was asked to end, and did at a checkpoint.
+        """
+        begun = bool(self.directory.segments())
+        if begun and other_than_written(self.case, self.directory, self.identity):
+            self.directory.set_aside(segments=True)
+        while True:
+            thermo = self._launch(self._taken_up())
+            if thermo is not None:
+                return thermo
+            if self.stop.asked:
+                raise RunInterrupted(self._whereabouts())
+
+    @property
+    def identity(self) -> str:
+        """What the run is known by."""
+        return scene_hash(self.case.identity)
+
+    def _taken_up(self) -> Case:
+        """The case from its last checkpoint on, if there is one."""
+        checkpoints = self.directory.checkpoints()
+        if not checkpoints:
+            return self.case
+        last = checkpoints[-1]
+        restart = self.directory.segments()[-1].restarts / last["restart"]
+        then = Checkpoint(
+            number=len(checkpoints),
+            step=last["step"],
+            restart=str(restart.relative_to(self.directory.path)),
+            piston_velocity_m_s=last["piston_velocity_m_s"],
+        )
+        return replace(self.case, checkpoint=then)
+
+    def _launch(self, case: Case) -> Thermo | None:
+        """One launch of the engine; None when it ended at a checkpoint."""
+        directory, command = self.directory, self.engine.command(self.ranks)
+        deck = build_deck(case, self.identity, self.ranks)
+        directory.set_aside(segments=False)
+        write_deck(case, deck, directory)
+        facts = self._facts(command)
+        directory.write_state(state="running", **facts)
+        ended = self._follow(command, facts)
+        mark = last_line_with(directory, deck.mark)
+        if mark is not None:
+            self._seal(mark.removeprefix(deck.mark).split(), facts, ended)
+            return None
+        return self._prove(deck, facts, ended)
+
+    def _facts(self, command: list[str]) -> dict[str, Any]:
+        """What is recorded of a launch when it starts."""
+        return {
+            "scene_hash": self.identity,
+            "ranks": self.ranks,
+            "command": command,
+            "engine": self.engine.version,
+            "host": platform.node(),
+            "pid": os.getpid(),
+            "job": current_job(),
+            "time": {name: getattr(self.case.time, name) for name in _PLAN},
+            "started": time.strftime("%Y-%m-%dT%H:%M:%S%z"),
+            "failures": self.failures,
+            "continuations": len(self.directory.segments()),
+        }
+
+    def _follow(self, command: list[str], facts: dict[str, Any]) -> Launch:
+        directory = self.directory
+        try:
+            return launch(
+                command, directory.path, directory.stdout, self.on_step, self.stop, self._ask
+            )
+        except BaseException as error:
+            if isinstance(error, KeyboardInterrupt):
+                directory.write_state(state="interrupted", **facts)
+            else:
+                self._fail(facts, [f"{type(error).__name__}: {error}"])
+            raise
+
+    def _ask(self) -> None:
+        """Ask the engine for a checkpoint at the end of the piece at hand."""
+        commands = self.directory.checkpoint_commands.read_text(encoding="utf-8")
+        write_text(self.directory.control, commands)
+
+    def _seal(self, numbers: list[str], facts: dict[str, Any], ended: Launch) -> None:
+        """Keep a checkpoint, and all that led to it."""
+        step, velocity = int(numbers[0]), float(numbers[1])
+        restart = f"step.{step}.restart"
+        if not (self.directory.restarts / restart).exists():
+            faults = [f"the engine wrote no {restart}"]
+            self._fail(facts, faults)
+            raise RunError(failure_message(self.directory, faults))
+        checkpoint = {
+            "step": step,
+            "restart": restart,
+            "piston_velocity_m_s": velocity,
+            "ranks": self.ranks,
+            "wall_s": ended.wall_s,
+        }
+        self.directory.seal_segment(checkpoint)
+        facts["continuations"] += 1
+        self.directory.write_state(state="interrupted", **facts)
+
+    def _prove(self, deck: Deck, facts: dict[str, Any], ended: Launch) -> Thermo:
+        """The whole run, if it is whole."""
+        directory, case = self.directory, self.case
+        # What it printed, where it died before it opened a log.
+        thermo = read_logs(directory) if directory.log.exists() else read_thermo(directory.stdout)
+        faults = missing_proofs(case, deck.sentinel, directory, thermo, ended.returncode)
+        walls = [ended.wall_s, *(part["wall_s"] for part in directory.checkpoints())]
+        outcome = {
+            **facts,
+            "wall_s": sum(walls),
+            "returncode": ended.returncode,
+            "parts": _engine_parts(thermo),
+        }
+        if faults:
+            self._fail(outcome, faults)
+            raise RunError(failure_message(directory, faults))
+        directory.write_state(state="complete", **outcome)
+        directory.drop_restarts()
+        return thermo
+
+    def _fail(self, facts: dict[str, Any], faults: list[str]) -> None:
+        failures = facts["failures"] + 1
+        self.directory.write_state(
+            **{**facts, "state": "failed", "failures": failures}, faults=faults
+        )
+
+    def _whereabouts(self) -> str:
+        step, time_plan = self.directory.checkpoints()[-1]["step"], self.case.time
+        done, whole = step * time_plan.step_s, time_plan.steps * time_plan.step_s
+        return (
+            f"interrupted at {done:.4g} of {whole:.4g} s; {self.directory.path} keeps a "
+            "checkpoint, from which the same command goes on"
+        )
+
+
+def _engine_parts(thermo: Thermo) -> dict[str, float]:
+    """The engine's own split of its time, where it tells of nearly all of it; else nothing.
+
+    A run that renews something in between is told in pieces that the engine does not split.
+    """
+    told, taken = sum(thermo.timing_s.values()), sum(loop.seconds for loop in thermo.loops)
+    if told < _TOLD * taken:
+        return {}
+    return {f"engine_{name.lower()}_s": seconds for name, seconds in thermo.timing_s.items()}
