@@ -10,6 +10,7 @@ from liggghts_driver.scene.layout import Layout, layout, particle_fraction
 from liggghts_driver.timestep import TimePlan, plan_time, speed_bound_m_s
 
 if TYPE_CHECKING:
+    from liggghts_driver.scene.elastic import Body
     from liggghts_driver.scene.model import Scene
 
 
@@ -50,16 +51,16 @@ class Case:
         return self.asked or self.scene
 
     @property
-    def materials(self) -> tuple[str, ...]:
+    def materials(self) -> tuple[Body, ...]:
         """The kinds of bodies that exist, in the order of the engine's atom types."""
-        present = {
+        present: dict[Body, bool] = {
             "particles": True,
             "grains": self.population.grains > 0,
             "walls": bool(self.layout.walls) or self.scene.piston is not None,
         }
         return tuple(name for name, here in present.items() if here)
 
-    def type_of(self, material: str) -> int:
+    def type_of(self, material: Body) -> int:
         """The engine's number of a material."""
         return self.materials.index(material) + 1
 

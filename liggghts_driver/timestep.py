@@ -14,6 +14,7 @@ from liggghts_driver.physics.contact import Body, contact_duration_s
 from liggghts_driver.physics.drag import free_flight_speed_m_s
 from liggghts_driver.physics.spheres import sphere_volume_m3
 from liggghts_driver.prediction import pore_velocity_m_s
+from liggghts_driver.scene.elastic import elastic
 
 if TYPE_CHECKING:
     from liggghts_driver.population import Population
@@ -178,7 +179,7 @@ def contact_bounds(
 def _particle_body(scene: Scene, population: Population) -> Body:
     radius = float(population.particle_radii_m.min())
     mass = scene.particles.density * sphere_volume_m3(radius)
-    return Body(radius, mass, scene.particles.youngs_modulus, scene.particles.poissons_ratio)
+    return Body(radius, mass, *elastic(scene, "particles"))
 
 
 def _partners(scene: Scene, layout: Layout, population: Population) -> dict[str, Body]:
@@ -188,21 +189,10 @@ def _partners(scene: Scene, layout: Layout, population: Population) -> dict[str,
     if population.grains and scene.grains is not None:
         # Eq. 21 falls with r*: the largest grain makes the shortest contact.
         radius = float(population.radii_m[population.particles :].max())
-        stiffness = (scene.grains.youngs_modulus, scene.grains.poissons_ratio)
-        partners["particle-grain"] = Body(radius, math.inf, *stiffness)
+        partners["particle-grain"] = Body(radius, math.inf, *elastic(scene, "grains"))
     if layout.walls or scene.piston:
-        partners["particle-wall"] = Body(math.inf, math.inf, *wall_stiffness(scene))
+        partners["particle-wall"] = Body(math.inf, math.inf, *elastic(scene, "walls"))
     return partners
-
-
-def wall_stiffness(scene: Scene) -> tuple[float, float]:
-    """Young's modulus [Pa] and Poisson's ratio of walls and piston."""
-    walls, particles = scene.walls, scene.particles
-    ratio = walls.poissons_ratio
-    return (
-        walls.youngs_modulus or particles.youngs_modulus,
-        particles.poissons_ratio if ratio is None else ratio,
-    )
 
 
 def _drag_bound(drag: DragPlan) -> Bound:

@@ -14,6 +14,7 @@ from liggghts_driver.effects.base import Column
 from liggghts_driver.effects.drag import uses_coupling
 from liggghts_driver.effects.piston import NO_TIME_S, piston_stl
 from liggghts_driver.flowing import flowing_threshold_m_s
+from liggghts_driver.scene.elastic import bodies_of, elastic
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -111,11 +112,7 @@ def build_deck(
 
 
 def _domain(case: Case, active: tuple[Effect, ...], ranks: int) -> dict[str, object]:
-    moduli = [
-        table.youngs_modulus
-        for table in (case.scene.particles, case.scene.grains, case.scene.walls)
-        if table is not None and table.youngs_modulus is not None
-    ]
+    moduli = [elastic(case.scene, body)[0] for body in bodies_of(case.scene)]
     return {
         "title": case.scene.title or "A scene without a title",
         "ranks": ranks,

@@ -10,7 +10,7 @@ from liggghts_driver.effects.base import Effect, Slot, Weight
 from liggghts_driver.effects.contacts import pairwise
 from liggghts_driver.effects.scales import Scales, scales_of, share
 from liggghts_driver.physics.contact import Body, pull_off_force_n
-from liggghts_driver.timestep import wall_stiffness
+from liggghts_driver.scene.elastic import elastic
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
@@ -70,9 +70,7 @@ class Cohesion(Effect):
 
 
 def _mean_particle(case: Case, scales: Scales) -> Body:
-    particles = case.scene.particles
-    stiffness = (particles.youngs_modulus, particles.poissons_ratio)
-    return Body(scales.radius_m, scales.mass_kg, *stiffness)
+    return Body(scales.radius_m, scales.mass_kg, *elastic(case.scene, "particles"))
 
 
 def _partners(case: Case, scales: Scales) -> Iterator[Body]:
@@ -81,7 +79,6 @@ def _partners(case: Case, scales: Scales) -> Iterator[Body]:
     yield _mean_particle(case, scales)
     if scene.grains is not None and population.grains:
         radius = float(population.radii_m[population.particles :].mean())
-        stiffness = (scene.grains.youngs_modulus, scene.grains.poissons_ratio)
-        yield Body(radius, math.inf, *stiffness)
+        yield Body(radius, math.inf, *elastic(scene, "grains"))
     if "walls" in case.materials:
-        yield Body(math.inf, math.inf, *wall_stiffness(scene))
+        yield Body(math.inf, math.inf, *elastic(scene, "walls"))

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, ClassVar
 from liggghts_driver.effects.base import Effect, Slot, Weight
 from liggghts_driver.effects.scales import scales_of
 from liggghts_driver.physics.contact import Body, largest_overlap_m, restitution_from_damping_ratio
-from liggghts_driver.timestep import wall_stiffness
+from liggghts_driver.scene.elastic import elastic
 
 if TYPE_CHECKING:
     from liggghts_driver.case import Case
@@ -43,10 +43,7 @@ class Contacts(Effect):
     def weigh(self, case: Case) -> Weight:
         """Overlap of two mean particles that meet at the largest speed, over their radius."""
         scales = scales_of(case)
-        particles = case.scene.particles
-        body = Body(
-            scales.radius_m, scales.mass_kg, particles.youngs_modulus, particles.poissons_ratio
-        )
+        body = Body(scales.radius_m, scales.mass_kg, *elastic(case.scene, "particles"))
         overlap = largest_overlap_m(body, body, case.speed_bound_m_s)
         return Weight("overlap", "largest overlap over radius", overlap / scales.radius_m)
 
@@ -56,17 +53,9 @@ class Contacts(Effect):
 
     def values(self, case: Case) -> dict[str, object]:
         """Elastic constants of each material, and the restitution."""
-        scene = case.scene
-        elastic = {
-            "particles": (scene.particles.youngs_modulus, scene.particles.poissons_ratio),
-            "walls": wall_stiffness(scene),
-        }
-        if scene.grains is not None:
-            elastic["grains"] = (scene.grains.youngs_modulus, scene.grains.poissons_ratio)
-        moduli = [elastic[name][0] for name in case.materials]
-        ratios = [elastic[name][1] for name in case.materials]
+        moduli, ratios = zip(*(elastic(case.scene, body) for body in case.materials), strict=True)
         return {
             "youngs_moduli": " ".join(map(repr, moduli)),
             "poissons_ratios": " ".join(map(repr, ratios)),
-            "restitution": pairwise(case, restitution(scene)),
+            "restitution": pairwise(case, restitution(case.scene)),
         }

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from liggghts_driver.physics.contact import Body, effective_modulus_pa
+from liggghts_driver.scene.elastic import bodies_of, elastic
 from liggghts_driver.scene.layout import layout, particle_fraction
 
 if TYPE_CHECKING:
@@ -158,13 +159,8 @@ def _cohesion(scene: Scene) -> Iterator[Mistake]:
     d = r* (3 pi C / 2 E*)^2, most for a wall, whose r* is the particle's radius.
     """
     density = scene.contact.cohesion_energy_density
-    kinds = (scene.particles, scene.grains, scene.walls)
-    materials = [
-        (table.youngs_modulus, table.poissons_ratio or 0.0)
-        for table in kinds
-        if table is not None and table.youngs_modulus is not None
-    ]
-    particle, *others = [Body(math.inf, math.inf, *material) for material in materials]
+    bodies = (Body(math.inf, math.inf, *elastic(scene, kind)) for kind in bodies_of(scene))
+    particle, *others = bodies
     softest = min(effective_modulus_pa(particle, other) for other in (particle, *others))
     largest = 2.0 * softest / (3.0 * math.pi) * math.sqrt(scene.contact.largest_overlap)
     if density > largest:

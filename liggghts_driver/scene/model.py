@@ -114,6 +114,14 @@ class Contact(Table):
         0.0,
         ge=0,
     )
+    stiffness_scale: Number = key(
+        "",
+        "factor on every Young's modulus: softer contacts last longer, and the step with them, as "
+        "its power -0.4",
+        1.0,
+        gt=0,
+        le=1,
+    )
     largest_overlap: Number = key(
         "", "largest overlap of a contact, over the smaller radius, in a valid answer", 0.01, gt=0
     )
