@@ -12,6 +12,9 @@ INTERRUPTED = 130
 #: Wall time between two checkpoints: a crash of the machine costs a run no more than this.
 CHECKPOINT_EVERY_S = 900.0
 
+#: Where the runs of all sweeps are.
+RUNS = Path("runs") / "points"
+
 SceneFile = Annotated[Path, typer.Argument(help="Scene file (TOML).", show_default=False)]
 Overrides = Annotated[
     Optional[list[str]],  # noqa: UP045 - typer reads this form on every Python

@@ -173,3 +173,22 @@ def _faults(title: str, runs: list[dict[str, Any]]) -> Iterator[str]:
     if invalid:
         seed, why = invalid[0]["seed"], "; ".join(invalid[0]["reasons"])
         yield f"invalid: {title}, {len(invalid)} of {len(runs)} runs; seed {seed}: {why}"
+
+
+def accuracy(results: Mapping[str, Any], folder: Path, *, as_json: bool) -> None:
+    """The study of accuracy: each setting's cost and errors, and what to choose."""
+    if as_json:
+        document(results)
+        return
+    console = Console(soft_wrap=True)
+    table = Table("setting", "time / reference", box=None, pad_edge=False)
+    for name in results["chosen_by"]:
+        table.add_column(name.replace("_", " "), no_wrap=True)
+    for setting in results["settings"]:
+        errors = [_change(setting["errors"].get(name)) for name in results["chosen_by"]]
+        cost = number(setting["cost_over_reference"])
+        table.add_row(Text(setting["title"]), cost, *errors)
+    console.print(table)
+    for sentence in results["sentences"]:
+        console.print(sentence, markup=False)
+    console.print(f"table, figure: {folder}", markup=False)

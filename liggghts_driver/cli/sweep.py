@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Annotated, Literal, Optional
 
 import typer
 
-from liggghts_driver.cli.options import CHECKPOINT_EVERY_S, INTERRUPTED, Json, Overrides
+from liggghts_driver.cli.options import CHECKPOINT_EVERY_S, INTERRUPTED, RUNS, Json, Overrides
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -35,7 +35,6 @@ Out = Annotated[
     ),
 ]
 Runs = Annotated[Path, typer.Option("--runs", help="Folder of all runs, shared by all sweeps.")]
-RUNS = Path("runs") / "points"
 
 
 @dataclass(frozen=True)

@@ -6,8 +6,10 @@ import io
 from typing import TYPE_CHECKING, Any
 
 import matplotlib as mpl
+import numpy as np
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -22,6 +24,7 @@ _WIDTH_IN = 5.6
 _PIXELS_PER_IN = 190
 #: Ticks stand at these multiples of a power of ten.
 _TICKS = (1, 2, 5, 10)
+_MOST_TICKS = 7
 
 _LOOK: dict[Any, Any] = {
     "font.family": "DejaVu Sans",
@@ -58,10 +61,22 @@ def draw(paint: Callable[[Figure], None], height_in: float) -> bytes:
         FigureCanvasAgg(figure)
         paint(figure)
         for axes in figure.axes:
-            axes.locator_params(axis="x", steps=_TICKS)
-            if axes.get_yscale() == "linear":
-                axes.locator_params(axis="y", steps=_TICKS)
+            for axis in (axes.xaxis, axes.yaxis):
+                # Ticks at given places, or of a logarithm, stay as they are.
+                if isinstance(locator := axis.get_major_locator(), MaxNLocator):
+                    locator.set_params(steps=_TICKS)
         out = io.BytesIO()
         # Without the software's name, equal data give equal files.
         figure.savefig(out, format="png", dpi=_PIXELS_PER_IN, metadata={"Software": None})
     return out.getvalue()
+
+
+def log_ticks(low: float, high: float) -> list[float]:
+    """Powers of ten, with doubles and halves where they are few, thinned where they are many."""
+    powers = range(int(np.floor(np.log10(low))), int(np.ceil(np.log10(high))) + 1)
+    ticks: list[float] = []
+    for multiples in ((1, 2, 5), (1, 3), (1,)):
+        ticks = [m * 10.0**n for n in powers for m in multiples if low <= m * 10.0**n <= high]
+        if len(ticks) <= _MOST_TICKS:
+            return ticks
+    return ticks[:: -(-len(ticks) // _MOST_TICKS)]

@@ -12,7 +12,7 @@ from matplotlib.patches import Patch, Rectangle
 from matplotlib.ticker import FixedFormatter, FixedLocator, NullLocator
 
 from liggghts_driver.report.numbers import Unit, number
-from liggghts_driver.report.style import BLUE, DASHED, GREY, INK, SHADE, VERMILION
+from liggghts_driver.report.style import BLUE, DASHED, GREY, INK, SHADE, VERMILION, log_ticks
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
@@ -44,15 +44,6 @@ _CURVE_AT_WORDS: tuple[Look, ...] = tuple(
     {"linestyle": "none", "marker": "_", "markersize": 36, "markeredgewidth": width}
     for width in (2.0, 0.8)
 )
-_MOST_TICKS = 7
-
-
-class _Ticks(FixedLocator):
-    """Ticks at given places, whatever multiples the common style asks for."""
-
-    def set_params(self, nbins: int | None = None, **_multiples: object) -> None:
-        """Keep the places."""
-        super().set_params(nbins=nbins)
 
 
 @dataclass(frozen=True)
@@ -95,25 +86,14 @@ class Scale:
         axes.set(**{f"{which}lim": (low, high)})
         axis = axes.xaxis if which == "x" else axes.yaxis
         if self.words:
-            axis.set_major_locator(_Ticks(range(len(self.words))))
+            axis.set_major_locator(FixedLocator(range(len(self.words))))
             short = [word if len(word) <= 14 else f"{word[:13]}…" for word in self.words]
             axis.set_major_formatter(FixedFormatter(short))
         elif self.log:
-            ticks = _log_ticks(low, high)
-            axis.set_major_locator(_Ticks(ticks))
+            ticks = log_ticks(low, high)
+            axis.set_major_locator(FixedLocator(ticks))
             axis.set_major_formatter(FixedFormatter([number(tick, 1) for tick in ticks]))
             axis.set_minor_locator(NullLocator())
-
-
-def _log_ticks(low: float, high: float) -> list[float]:
-    """Powers of ten, with doubles and halves where they are few, thinned where they are many."""
-    powers = range(int(np.floor(np.log10(low))), int(np.ceil(np.log10(high))) + 1)
-    ticks: list[float] = []
-    for multiples in ((1, 2, 5), (1, 3), (1,)):
-        ticks = [m * 10.0**n for n in powers for m in multiples if low <= m * 10.0**n <= high]
-        if len(ticks) <= _MOST_TICKS:
-            return ticks
-    return ticks[:: -(-len(ticks) // _MOST_TICKS)]
 
 
 @dataclass(frozen=True)
@@ -282,9 +262,9 @@ def _cell(
 
 def _colour_bar(figure: Figure, axes: Axes, mesh: Any, colour: Scale) -> None:
     bar = figure.colorbar(mesh, ax=axes, label=colour.text)
-    bar.ax.xaxis.set_major_locator(_Ticks([]))
+    bar.ax.xaxis.set_major_locator(FixedLocator([]))
     if colour.log:
-        ticks = _log_ticks(mesh.norm.vmin, mesh.norm.vmax)
+        ticks = log_ticks(mesh.norm.vmin, mesh.norm.vmax)
         bar.set_ticks(ticks, labels=[number(tick, 1) for tick in ticks])
         bar.ax.yaxis.set_minor_locator(NullLocator())
 

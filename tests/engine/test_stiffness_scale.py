@@ -48,4 +48,6 @@ def test_softer_contacts_on_the_engine(simulator: Simulator) -> None:
     # Tsuji's damping makes the restitution one number for every stiffness: e of xi_n = 0.1.
     beta = 0.1 * math.sqrt(6.0 / 5.0)
     exact = math.exp(-math.pi * beta / math.sqrt(1.0 - beta**2))
-    assert np.array(speeds) == pytest.approx(exact, rel=3e-3)  # 0.31 of a step over a contact's duration
+    assert np.array(speeds) == pytest.approx(
+        exact, rel=3e-3
+    )  # 0.31 of a step over a contact's duration

@@ -1,0 +1,204 @@
+"""The study of accuracy: its settings, its judgement by hand-made numbers, its command."""
+
+from __future__ import annotations
+
+import json
+import math
+from dataclasses import replace
+
+import matplotlib.image
+import numpy as np
+import pandas as pd
+import pytest
+from small_scenes import COLLISION, INFILTRATION, scene_of, shipped
+
+from liggghts_driver.errors import SceneError
+from liggghts_driver.scene.layout import layout, particle_count
+from liggghts_driver.studies import accuracy
+from liggghts_driver.studies.accuracy import (
+    Measured,
+    cheapest_within,
+    judge,
+    noise,
+    pareto,
+    require_flow,
+    tasks_of,
+)
+from liggghts_driver.studies.accuracy_figure import draw_accuracy
+from liggghts_driver.studies.accuracy_report import sentence, write_results
+from liggghts_driver.studies.knobs import FINEST, REFERENCE, Setting, settings_of, smaller
+
+NAMES = ["rate_entrance"]
+
+
+class TestSettings:
+    def test_each_knob_is_turned_alone_and_the_rest_is_as_the_reference(self):
+        scene = scene_of(INFILTRATION)
+        reference = REFERENCE.scene(scene, 5)
+        assert reference.seed == 5
+        assert reference.time.step_fraction == FINEST["time.step_fraction"]
+        for setting in settings_of(scene):
+            if setting.knob in {"reference", "together", "section"}:
+                continue
+            (key,) = setting.changes
+            table, name = key.split(".")
+            made = setting.scene(scene, 5)
+            assert getattr(getattr(made, table), name) == setting.value
+            assert made != reference
+            back = getattr(made, table).model_copy(update={name: FINEST[key]})
+            assert made.model_copy(update={table: back}) == reference
+
+    def test_settings_of_the_scene_give_way(self):
+        scene = scene_of(INFILTRATION, {"time.step": 1e-6, "drag.refresh": 1e-5})
+        made = REFERENCE.scene(scene, 1)
+        assert made.time.step is None
+        assert made.drag.refresh is None
+
+    def test_titles_are_names(self):
+        titles = [setting.title for setting in settings_of(scene_of(INFILTRATION))]
+        assert len(set(titles)) == len(titles)
+
+    def test_without_a_fluid_there_is_no_drag_to_turn(self):
+        knobs = {setting.knob for setting in settings_of(scene_of(COLLISION))}
+        assert knobs == {"reference", "step", "stiffness", "together"}
+
+    @pytest.mark.parametrize("share", [0.5, 0.25])
+    def test_a_smaller_section_has_as_many_particles_per_area(self, share):
+        for tables in (INFILTRATION, shipped("infiltration_small")):
+            scene = scene_of(tables)
+            made = Setting("section", share, "small", smaller(scene, share)).scene(scene, 1)
+            area = [layout(s).area_m2 for s in (scene, made)]
+            count = [particle_count(s, layout(s)) for s in (scene, made)]
+            assert area[1] / area[0] == pytest.approx(share)
+            assert count[1] == pytest.approx(share * count[0], abs=0.51)  # whole particles
+            assert layout(made).low[0] == pytest.approx(layout(scene).low[0])
+
+    def test_what_has_no_specimen_is_refused(self):
+        with pytest.raises(SceneError, match=r"\[specimen\].*give a scene"):
+            require_flow(scene_of(COLLISION))
+
+    def test_seeds_take_turns_and_runs_are_named_by_their_scenes(self, tmp_path):
+        tasks = tasks_of(scene_of(INFILTRATION), [1, 2], tmp_path)
+        seeds = [seed for _, seed in tasks]
+        assert seeds == sorted(seeds)
+        assert len({task.folder for task in tasks.values()}) == len(tasks)
+
+
+def measured(
+    title: str, rates: dict[int, float], cost: float, knob: str = "step"
+) -> list[Measured]:
+    setting = REFERENCE if title == "reference" else Setting(knob, 0.1, title)
+    return [
+        Measured(setting, s, {"rate_entrance": r, "overlap": 0.01}, cost) for s, r in rates.items()
+    ]
+
+
+REFERENCES = measured("reference", {1: 1.0, 2: 2.0, 3: 3.0}, 10.0)
+#: Two per cent too much for every seed; five per cent on average, scattered; wrong by half.
+GOOD = measured("good", {1: 1.02, 2: 2.04, 3: 3.06}, 5.0)
+FAIR = measured("fair", {1: 1.00, 2: 2.10, 3: 3.30}, 2.0, "drag")
+POOR = measured("poor", {1: 0.5, 2: 1.0, 3: 1.5}, 1.0, "stiffness")
+ALL = [*REFERENCES, *GOOD, *FAIR, *POOR]
+
+
+class TestJudgement:
+    def test_errors_are_paired_by_seed_and_costs_are_ratios(self):
+        reference, good, fair, poor = judge(ALL)
+        assert reference.cost == 1.0
+        assert reference.errors["rate_entrance"].mean == 0.0
+        assert good.cost == 0.5
+        assert good.errors["rate_entrance"].mean == pytest.approx(0.02)
+        assert good.errors["rate_entrance"].ci95 == pytest.approx(0.0, abs=1e-12)
+        assert fair.errors["rate_entrance"].mean == pytest.approx(0.05)
+        # Student's t for two degrees of freedom, 4.3027, times 0.05 / sqrt(3).
+        assert fair.errors["rate_entrance"].ci95 == pytest.approx(
+            4.30265 * 0.05 / math.sqrt(3), rel=1e-4
+        )
+        assert poor.worst(NAMES) == pytest.approx(0.5)
+
+    def test_the_noise_is_the_interval_of_the_reference(self):
+        # Mean 2, standard deviation 1.
+        assert noise(ALL, "rate_entrance") == pytest.approx(4.30265 / math.sqrt(3) / 2.0, rel=1e-4)
+        assert math.isnan(noise(REFERENCES[:1], "rate_entrance"))
+
+    def test_the_cheapest_that_held(self):
+        judged = judge(ALL)
+        assert cheapest_within(judged, NAMES, 0.03).setting.title == "good"
+        assert cheapest_within(judged, NAMES, 0.06).setting.title == "fair"
+        assert cheapest_within(judged, NAMES, 0.6).setting.title == "poor"
+        assert cheapest_within(judged[1:], NAMES, 0.001) is None
+
+    def test_sentences(self):
+        judged = judge(ALL)
+        assert sentence(judged, NAMES, 0.01) == (
+            "within 1%: no setting of this study; take the reference"
+        )
+        assert sentence(judged, NAMES, 0.02001) == (
+            "within 2%: good, at 0.5 of the reference's time (largest mean error 2.0%)"
+        )
+        assert "fair" in sentence(judged, NAMES, 0.1)
+        assert "an interval that reaches to 17.4%" in sentence(judged, NAMES, 0.1)
+
+    def test_nothing_that_is_known_is_no_small_error(self):
+        still = [replace(m, numbers={"overlap": 0.0}) for m in POOR]
+        judged = judge([*REFERENCES, *still])
+        assert cheapest_within(judged[1:], NAMES, 1.0) is None
+
+    def test_the_front(self):
+        front = pareto(judge(ALL), "rate_entrance")
+        assert [j.setting.title for j in front] == ["poor", "fair", "good", "reference"]
+        worse = measured("worse", {1: 1.5, 2: 3.0, 3: 4.5}, 6.0)
+        assert len(pareto(judge([*ALL, *worse]), "rate_entrance")) == 4
+
+
+class TestNumbers:
+    def series(self, rate: float) -> pd.DataFrame:
+        """Nothing for half of the time, then a steady flow."""
+        time = np.linspace(0.0, 8.0, 81)
+        volume = rate * np.clip(time - 4.0, 0.0, None)
+        columns = {"volume_entrance_m3": volume, "volume_middle_m3": volume / 2.0}
+        return pd.DataFrame({"time_s": time, **columns, "flowing_velocity_m_s": 3e-3})
+
+    def test_rates_and_volumes_are_per_area(self):
+        scene = scene_of(INFILTRATION)
+        numbers = accuracy._values(scene, self.series(1e-6))
+        area = layout(scene).area_m2
+        assert numbers["rate_entrance"] == pytest.approx(1e-6 / area)
+        assert numbers["rate_middle"] == pytest.approx(5e-7 / area)
+        assert numbers["volume_entrance_0.5"] == 0.0
+        assert numbers["volume_entrance_1"] == pytest.approx(4e-6 / area)
+        assert numbers["flowing_velocity"] == pytest.approx(3e-3)
+
+    def test_a_window_ends_early(self):
+        numbers = accuracy._values(scene_of(INFILTRATION), self.series(1e-6), 0.75)
+        assert numbers["rate_entrance"] == pytest.approx(
+            1e-6 / layout(scene_of(INFILTRATION)).area_m2
+        )
+        assert "volume_entrance_1" not in numbers
+
+
+class TestFiles:
+    def test_the_figure_is_a_picture(self, tmp_path):
+        path = tmp_path / "a.png"
+        path.write_bytes(draw_accuracy(judge(ALL), "rate_entrance", "flow rate", 0.02))
+        assert matplotlib.image.imread(path).std() > 0.01
+
+    def test_tables(self, tmp_path):
+        scene = scene_of(INFILTRATION)
+        more = ("rate_middle", "volume_entrance_1", "volume_middle_1")
+        full = [
+            replace(m, numbers={**m.numbers, **dict.fromkeys(more, m.numbers["rate_entrance"])})
+            for m in ALL
+        ]
+        results = write_results(scene, full, tmp_path)
+        assert json.loads((tmp_path / "accuracy.json").read_text()) == results
+        table = pd.read_csv(tmp_path / "accuracy.csv")
+        assert table["title"].tolist() == ["reference", "good", "fair", "poor"]
+        assert table["relative_error_of_rate_middle"].tolist() == pytest.approx(
+            [0, 0.02, 0.05, -0.5]
+        )
+        assert (tmp_path / "accuracy.png").stat().st_size > 1000
+        fair = next(row for row in results["settings"] if row["title"] == "fair")
+        assert fair["below_noise"] == results["chosen_by"]
+        poor = next(row for row in results["settings"] if row["title"] == "poor")
+        assert poor["below_noise"] == []
