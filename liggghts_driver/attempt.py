@@ -171,9 +171,10 @@ class Attempt:
             "parts": _engine_parts(thermo),
         }
         if faults:
-            self._fail(outcome, faults)
+            self._fail(outcome, [*thermo.errors[:1], *faults])
             raise RunError(failure_message(directory, faults))
         directory.write_state(state="complete", **outcome)
+        directory.gather_frames()
         directory.drop_restarts()
         return thermo
 

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from liggghts_driver.deck.build import FRAME_COLUMNS
+import numpy as np
+
+from liggghts_driver.deck.build import FRAME_COLUMNS, PIXELS
 from liggghts_driver.effects.costs import CONTACTS_NS
 from liggghts_driver.physics.drag import reynolds
 from liggghts_driver.prepare import decisions_of, prepare
@@ -17,6 +19,9 @@ if TYPE_CHECKING:
     from liggghts_driver.timestep import TimePlan
 
 _DOUBLE_BYTES = 8
+_COLOUR_BYTES = 3
+#: What the engine tells of a piece, in its log and on the screen together.
+_PIECE_LOG_BYTES = 2000
 #: An effect with a smaller share of the motion than this is called weak.
 _WEAK = 0.05
 
@@ -84,7 +89,7 @@ def _size(case: Case) -> dict[str, Any]:
         "steps_between_samples": time.sample_every,
         "steps_between_refreshes": time.refresh_every,
         "frames": frame_count(time),
-        "disk_mb": frames_bytes(population.particles, time) / 1e6,
+        "disk_mb": disk_bytes(case, population.particles) / 1e6,
         "speed_bound_m_s": case.speed_bound_m_s,
     }
 
@@ -94,9 +99,14 @@ def frame_count(time: TimePlan) -> int:
     return time.steps // time.frame_every + 1
 
 
-def frames_bytes(particles: int, time: TimePlan) -> int:
-    """Size of all frames of a run on disk; next to nothing else grows with the particles."""
-    return frame_count(time) * _DOUBLE_BYTES * len(FRAME_COLUMNS) * particles
+def disk_bytes(case: Case, particles: int) -> int:
+    """What a run with so many particles takes on disk, about: frames, snapshots and logs."""
+    time = case.time
+    frames = frame_count(time) * _DOUBLE_BYTES * len(FRAME_COLUMNS) * particles
+    x, _, z = np.subtract(case.layout.high, case.layout.low)
+    picture = _COLOUR_BYTES * PIXELS**2 * min(x, z) / max(x, z)
+    pieces = time.steps // (time.refresh_every if time.keeps_drag else time.sample_every)
+    return int(frames + case.scene.output.images * picture + pieces * _PIECE_LOG_BYTES)
 
 
 def core_times_s(particles: int, steps: int, cost: float) -> dict[str, float]:

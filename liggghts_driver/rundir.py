@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import fnmatch
 import hashlib
+import itertools
 import json
 import os
 import shutil
@@ -177,8 +178,8 @@ class RunDirectory:
 
     def segments(self) -> list[RunDirectory]:
         """What a run left at each of its checkpoints, in the order of time."""
-        found = (self.path / "segments").glob("[0-9]*")
-        return [RunDirectory(path) for path in sorted(found, key=lambda path: int(path.name))]
+        found = sorted((self.path / "segments").glob("[0-9]*"), key=lambda path: int(path.name))
+        return [RunDirectory(path) for path in found]
 
     def parts(self) -> list[RunDirectory]:
         """All that together is the run: its segments, and what came after the last of them."""
@@ -194,6 +195,12 @@ class RunDirectory:
         unfinished.rename(unfinished.with_name(str(number)))
         for segment in earlier:
             segment.drop_restarts()
+
+    def gather_frames(self) -> None:
+        """Put frames and pictures of all segments of a finished run where others have them."""
+        for path in (self.path / "segments").glob("*/dumps/*"):
+            if not (self.dumps / path.name).exists():
+                path.rename(self.dumps / path.name)
 
     def drop_restarts(self) -> None:
         """Delete the restart files of a run that needs none any more."""
@@ -212,8 +219,7 @@ class RunDirectory:
             return {"state": "absent"}
         except ValueError:
             return {"state": "unreadable"}
-        known = isinstance(loaded, dict) and "state" in loaded
-        return loaded if known else {"state": "unreadable"}
+        return loaded if isinstance(loaded, dict) and "state" in loaded else {"state": "unreadable"}
 
     def write_state(self, **facts: object) -> None:
         """Record how the run goes."""
@@ -268,7 +274,8 @@ class RunDirectory:
         try:
             self.path.mkdir(parents=True, exist_ok=True)
             # A claim without a run: its maker died, or is about to write one.
-            return {item.name for item in self.path.iterdir()} <= _OF_A_CLAIM
+            found = {item for item in self.path.iterdir() if item.name not in _OF_A_CLAIM}
+            return not found or (found == {self.dumps} and not any(self.dumps.iterdir()))
         except OSError as error:
             raise RunFolderError(
                 f"{self.path}: cannot be a run directory ({error.strerror}); choose another with "
@@ -284,9 +291,8 @@ class RunDirectory:
         half_made = [*(self.path / "segments").glob(".[0-9]*")]
         if self.segments() and not (segments or half_made or self.deck.exists()):
             return None  # it ended at a checkpoint, and nothing came after that
-        taken = {item.name for item in self.path.glob("attempt-*")}
-        number = next(n for n in range(1, len(taken) + 2) if f"attempt-{n}" not in taken)
-        attempt = self.path / f"attempt-{number}"
+        folders = (self.path / f"attempt-{number}" for number in itertools.count(1))
+        attempt = next(folder for folder in folders if not folder.exists())
         self._move_into(attempt)
         whole = [self.path / "segments"] if segments else []
         # A segment with a dot was being made when its maker died.

@@ -15,8 +15,8 @@ if TYPE_CHECKING:
 
 def write_deck(case: Case, deck: Deck, directory: RunDirectory) -> None:
     """Write everything that the engine reads, and the scene it came from."""
-    directory.dumps.mkdir(parents=True, exist_ok=True)
     directory.write_scene(case.identity)
+    directory.dumps.mkdir(parents=True, exist_ok=True)
     for name, text in deck.files.items():
         write_text(directory.path / name, text)
 

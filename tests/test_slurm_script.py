@@ -347,7 +347,9 @@ def test_a_squeue_that_cannot_tell_is_an_error_in_its_own_words(fake):
     for ask in (lambda: queue([Submission(12, "1.points", 1, "", "here")]), lambda: task_alive(1)):
         with pytest.raises(SlurmError) as caught:
             ask()
-        assert str(caught.value) == f"squeue: slurm_load_jobs error: {words}"
+        first, hint = str(caught.value).splitlines()
+        assert first == f"squeue: slurm_load_jobs error: {words}"
+        assert "--executor local" in hint
 
 
 def test_jobs_of_another_cluster_are_not_taken_for_ended(fake):

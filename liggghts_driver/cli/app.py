@@ -73,6 +73,8 @@ def run(
         with follow(quiet=as_json) as progress:
             solution = solve(checked, folder, ranks, progress.on_case, progress.on_step, stop)
     except RunInterrupted as interrupted:
+        if as_json:
+            show.document({"interrupted": str(interrupted), "run_directory": str(folder)})
         typer.echo(str(interrupted), err=True)
         raise typer.Exit(INTERRUPTED) from None
     except KeyboardInterrupt:

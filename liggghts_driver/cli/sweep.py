@@ -131,7 +131,10 @@ def _run_here(
         raise SweepError(f"--cores {cores}: must be at most {len(here)}, what this machine lends")
     used = here[:cores]
     with show_sweep.following(tasks, len(used), quiet=place.as_json) as listener:
-        run_local(tasks, stop, tries, used, listener)
+        outcomes = run_local(tasks, stop, tries, used, listener)
+    for name, outcome in outcomes.items():
+        if outcome.ending in ("failed", "busy"):
+            typer.echo(f"{outcome.ending}: {name}: {outcome.reason}", err=True)
     counted = _report(plan, place)
     if stop.asked:
         typer.echo("interrupted; the same command goes on from there", err=True)
@@ -182,9 +185,12 @@ def collect(place: SweepPlace, runs: Runs = RUNS, as_json: Json = False) -> None
 @sweep.command()
 def cancel(place: SweepPlace, as_json: Json = False) -> None:
     """Take the sweep's jobs out of the cluster's queue; runs keep their checkpoints."""
+    from liggghts_driver.sweeps.plan import read_plan
     from liggghts_driver.sweeps.slurm import cancel as cancel_jobs
 
-    gone = cancel_jobs(folder_of(place))
+    folder = folder_of(place)
+    read_plan(folder)  # a folder that is none shall not look like an empty queue
+    gone = cancel_jobs(folder)
     words = f"cancelled: {', '.join(gone) or 'nothing was queued'}"
     typer.echo(json.dumps({"cancelled": gone}) if as_json else words)
 

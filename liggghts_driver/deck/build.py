@@ -32,7 +32,7 @@ _COLOURS = {
     "grains": "0.80 0.74 0.64",
     "walls": "0.5 0.5 0.5",
 }
-_PIXELS = 1600
+PIXELS = 1600
 #: The moment of inertia of a sphere over m r^2.
 _INERTIA = 0.4
 #: A piece is asked for a checkpoint only at its end, and is not to last longer than some seconds.
@@ -271,7 +271,7 @@ def _camera(case: Case) -> str:
     """A view along y, without perspective, in which the box just fills the picture."""
     x, y, z = (high - low for low, high in simulation_box(case))
     longer = max(x, z)
-    width, height = (max(1, round(_PIXELS * side / longer)) for side in (x, z))
+    width, height = (max(1, round(PIXELS * side / longer)) for side in (x, z))
     # The engine scales the longest edge of the box to half of the picture's height.
     zoom = 2.0 * max(x, y, z) * width / (height * x)
     return f"size {width} {height} view 90 270 zoom {zoom!r} box no 0.0 shiny 0.1"

@@ -63,16 +63,22 @@ def judge(
     if faults:
         return Verdict("invalid", tuple(faults))
     unsteady = [
-        fault for name, rate in rates.items() if (fault := _unsteady(name, rate, scale_m3_s))
+        fault
+        for name, rate in rates.items()
+        if (fault := _unsteady(name, rate, series, scale_m3_s))
     ]
     if unsteady:
         return Verdict("not_steady", tuple(unsteady))
     return Verdict("valid", ())
 
 
-def _unsteady(name: str, rate: Rate, scale_m3_s: float) -> str | None:
+def _unsteady(name: str, rate: Rate, series: pd.DataFrame, scale_m3_s: float) -> str | None:
     if not rate.steady:
         return f"{name}: {rate.reason}"
+    volume = series.get(f"volume_{name}_m3")
+    if volume is not None and not volume.any():
+        # Steady at nothing is no measurement: it looks alike before the flow and in a block.
+        return f"{name}: no particle has passed it; run longer, unless it is blocked"
     scale = max(abs(rate.mean_m3_s), scale_m3_s)
     if rate.ci95_m3_s > _WIDEST_INTERVAL * scale:
         return (

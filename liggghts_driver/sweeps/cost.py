@@ -17,7 +17,7 @@ from scipy.special import ndtr, ndtri
 from liggghts_driver.case import Case
 from liggghts_driver.effects import active_effects
 from liggghts_driver.errors import SceneError
-from liggghts_driver.explain import core_times_s, frames_bytes
+from liggghts_driver.explain import core_times_s, disk_bytes
 from liggghts_driver.population import Population
 from liggghts_driver.prepare import weak_effects, without
 from liggghts_driver.scene.layout import layout, mean_particle_volume_m3, particle_count
@@ -46,7 +46,7 @@ class Cost:
     core_s_dilute, core_s_packed
         Engine time on one core, if the suspension stays dilute, and as a packed bed.
     disk_bytes
-        Size of the frames.
+        Size of frames, snapshots and logs.
     """
 
     steps: int
@@ -92,7 +92,7 @@ def predict_cost(scene: Scene) -> Cost:
         particles=particles,
         core_s_dilute=times["dilute"],
         core_s_packed=times["packed"],
-        disk_bytes=frames_bytes(particles, case.time),
+        disk_bytes=disk_bytes(case, particles),
     )
 
 

@@ -222,6 +222,10 @@ def read_plan(folder: Path) -> Plan:
     path = folder / PLAN_FILE
     try:
         return _from_data(json.loads(path.read_text(encoding="utf-8")))
+    except FileNotFoundError:
+        raise SweepError(
+            f"{path}: not there; give the folder that `sweep run` names, or run the sweep first"
+        ) from None
     except (OSError, ValueError, KeyError, TypeError, IndexError) as error:
         raise SweepError(f"{path}: no plan of a sweep ({type(error).__name__}: {error})") from None
 

@@ -87,7 +87,9 @@ def slurm(*argv: str, folder: Path | None = None) -> str:
         raise SlurmError(f"{argv[0]}: no answer within {_TIMEOUT_S:g} s; try again") from None
     if done.returncode:
         words = done.stderr.strip() or done.stdout.strip() or f"return code {done.returncode}"
-        raise SlurmError(f"{argv[0]}: {words}")
+        hint = "\n  is this a machine of the cluster? Without one: --executor local"
+        lost = "Unable to contact" in words or "resolve" in words
+        raise SlurmError(f"{argv[0]}: {words}{hint if lost else ''}")
     return done.stdout
 
 

@@ -92,7 +92,7 @@ def _once(
         if failures(task.folder) == before:
             with contextlib.suppress(RunBusyError):  # then another worker will note its own
                 _record(task.folder, scene, before + 1, str(error))
-        return Outcome("failed", str(error).splitlines()[0])
+        return Outcome("failed", _last_reason(task.folder))
     return Outcome("done")
 
 
