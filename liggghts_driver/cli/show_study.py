@@ -181,14 +181,26 @@ def accuracy(results: Mapping[str, Any], folder: Path, *, as_json: bool) -> None
         document(results)
         return
     console = Console(soft_wrap=True)
-    table = Table("setting", "time / reference", box=None, pad_edge=False)
-    for name in results["chosen_by"]:
-        table.add_column(name.replace("_", " "), no_wrap=True)
+    names = [name.replace("_", " ").removesuffix(" 1") for name in results["chosen_by"]]
+    table = Table(box=None, pad_edge=False)
+    for head in ("time", *names):
+        table.add_column(head, no_wrap=True)
     for setting in results["settings"]:
         errors = [_change(setting["errors"].get(name)) for name in results["chosen_by"]]
-        cost = number(setting["cost_over_reference"])
-        table.add_row(Text(setting["title"]), cost, *errors)
-    console.print(table)
+        table.add_row(number(setting["cost_over_reference"]), *errors)
+    # Titles are too long for a column: each stands above its numbers.
+    heads, *rows = _lines(table, console)
+    console.print(heads, markup=False, highlight=False)
+    for setting, row in zip(results["settings"], rows, strict=True):
+        console.print(Text(setting["title"], style="bold"))
+        console.print(row, markup=False, highlight=False)
     for sentence in results["sentences"]:
         console.print(sentence, markup=False)
     console.print(f"table, figure: {folder}", markup=False)
+
+
+def _lines(table: Table, console: Console) -> list[str]:
+    """A table as its lines, none of them folded."""
+    with console.capture() as captured:
+        console.print(table)
+    return captured.get().rstrip("\n").split("\n")
