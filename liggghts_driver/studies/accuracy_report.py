@@ -31,9 +31,8 @@ _FEW = 2
 
 def main_names(scene: Scene) -> list[str]:
     """The quantities that settings are chosen by: what flows through each section."""
-    return [f"{what}_{s}" for s in layout(scene).sections for what in ("rate",)] + [
-        f"volume_{s}_1" for s in layout(scene).sections
-    ]
+    sections = layout(scene).sections
+    return [*(f"rate_{name}" for name in sections), *(f"volume_{name}_1" for name in sections)]
 
 
 def results_of(
