@@ -8,25 +8,30 @@ here. The runs are compared as long as that leaves many digits.
 
 from __future__ import annotations
 
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pytest
 from small_scenes import INFILTRATION, case_of
 
+from liggghts_driver import attempt
 from liggghts_driver.engine.stop import Stop
 from liggghts_driver.errors import RunInterrupted
 from liggghts_driver.results.series import read_run_series
 from liggghts_driver.run import run_case
 from liggghts_driver.rundir import RunDirectory
 from liggghts_driver.timestep import frame_steps
+from liggghts_driver.written import write_deck
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
     from pathlib import Path
 
     import pandas as pd
 
     from liggghts_driver.case import Case
+    from liggghts_driver.deck.build import Deck
     from liggghts_driver.run import FinishedRun
 
 pytestmark = pytest.mark.engine
@@ -49,17 +54,40 @@ ROLLING: dict[str, Any] = {
 }
 
 
+class Wished(Stop):
+    """A wish that stands from the start and asks for nothing: the engine has been asked before.
+
+    A driver that asks while the engine runs comes too late where the engine is quick. Those ways
+    are tested below and with a stand-in for the engine.
+    """
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.asked = True
+
+    def watch(self, ask: Callable[[], None]) -> Callable[[], None]:
+        return lambda: None
+
+
+def asked_at(step: int, case: Case, deck: Deck, run: RunDirectory) -> None:
+    """Write a deck whose engine comes to its checkpoint after the first piece that ends there."""
+    write_deck(case, deck, run)
+    last = deck.files["checkpoint.in"].splitlines()
+    run.control.write_text(
+        f"variable now equal step\nif '${{now}} < {step}' then 'jump pieces.in'\n"
+        + "\n".join(last)
+        + "\n"
+    )
+
+
 def interrupted(case: Case, run: RunDirectory, shares: list[float], ranks: int = 1) -> FinishedRun:
     """Run a case that is asked to end at these shares of its steps, each time from where it was."""
     for share in shares:
-        stop, last = Stop(), share * case.time.steps
-
-        def ask(step: int, stop: Stop = stop, last: float = last) -> None:
-            if step >= last and not stop.asked:
-                stop.ask()
-
-        with pytest.raises(RunInterrupted, match="checkpoint"):
-            run_case(case, run, ranks, ask, stop)
+        wanted = partial(asked_at, round(share * case.time.steps))
+        with pytest.MonkeyPatch.context() as patch:
+            patch.setattr(attempt, "write_deck", wanted)
+            with pytest.raises(RunInterrupted, match="checkpoint"):
+                run_case(case, run, ranks, stop=Wished())
         assert run.read_state()["state"] == "interrupted"
     return run_case(case, run, ranks)
 
