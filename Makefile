@@ -11,7 +11,7 @@ SUDO := $(if $(filter 0,$(shell id -u)),,sudo)
 
 demo: $(INSTALLED) engine           ## the main job on a small case, with a report
 	# "Not steady" is an answer too, with a report; a run that failed has none.
-	$(DRIVER) run cases/infiltration_small.toml || ls runs/infiltration_small-*/report.html
+	$(DRIVER) run cases/infiltration_small.toml --tolerance 0.05 || ls runs/infiltration_small-*/report.html
 
 test: lint engine cluster           ## lint, types and every quick test
 	$(BIN)/pytest -q -m "not validate"

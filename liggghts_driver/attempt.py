@@ -6,18 +6,19 @@ import os
 import platform
 import time
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NoReturn
 
 from liggghts_driver.case import Checkpoint
 from liggghts_driver.claim import current_job
 from liggghts_driver.deck.build import build_deck
 from liggghts_driver.engine.completion import last_line_with, missing_proofs
-from liggghts_driver.engine.diagnose import failure_message
+from liggghts_driver.engine.diagnose import failure_message, lost_spheres
 from liggghts_driver.engine.find import Engine, find_engine
 from liggghts_driver.engine.launch import launch
-from liggghts_driver.errors import RunError, RunInterrupted
+from liggghts_driver.errors import RunError, RunInterrupted, RunUnstableError
 from liggghts_driver.results.thermo import Thermo, read_logs, read_thermo
 from liggghts_driver.rundir import RunDirectory, scene_hash, write_text
+from liggghts_driver.watch import Watch
 from liggghts_driver.written import other_than_written, write_deck
 
 if TYPE_CHECKING:
@@ -27,6 +28,7 @@ if TYPE_CHECKING:
     from liggghts_driver.deck.build import Deck
     from liggghts_driver.engine.launch import Launch
     from liggghts_driver.engine.stop import Stop
+    from liggghts_driver.watch import Finding
 
 #: What of the time plan a run keeps, so that a later version of this software reads it right.
 _PLAN = ("step_s", "steps", "sample_every", "refresh_every", "frame_every", "image_every")
@@ -97,12 +99,18 @@ class Attempt:
         write_deck(case, deck, directory)
         facts = self._facts(command)
         directory.write_state(state="running", **facts)
-        ended = self._follow(command, facts)
+        watch = Watch(case, directory, self._ask, self.stop.grace_s)
+        ended = self._follow(command, facts, watch)
         mark = last_line_with(directory, deck.mark)
+        # What came after the last look: nothing goes on from a state that is lost.
+        finding = watch.judge() if mark is not None else watch.finding
+        if finding is not None:
+            self._fail(facts, [finding.fault], finding)
+            raise RunUnstableError(finding.message(directory))
         if mark is not None:
             self._seal(mark.removeprefix(deck.mark).split(), facts, ended)
             return None
-        return self._prove(deck, facts, ended)
+        return self._prove(deck, facts, ended, watch)
 
     def _facts(self, command: list[str]) -> dict[str, Any]:
         """What is recorded of a launch when it starts."""
@@ -120,15 +128,23 @@ class Attempt:
             "continuations": len(self.directory.segments()),
         }
 
-    def _follow(self, command: list[str], facts: dict[str, Any]) -> Launch:
+    def _follow(self, command: list[str], facts: dict[str, Any], watch: Watch) -> Launch:
         directory = self.directory
         try:
             return launch(
-                command, directory.path, directory.stdout, self.on_step, self.stop, self._ask
+                command,
+                directory.path,
+                directory.stdout,
+                self.on_step,
+                self.stop,
+                self._ask,
+                watch.look,
             )
         except BaseException as error:
             if isinstance(error, KeyboardInterrupt):
                 directory.write_state(state="interrupted", **facts)
+            elif isinstance(error, RunUnstableError) and watch.finding is not None:
+                self._fail(facts, [watch.finding.fault], watch.finding)
             else:
                 self._fail(facts, [f"{type(error).__name__}: {error}"])
             raise
@@ -152,37 +168,55 @@ class Attempt:
             "piston_velocity_m_s": velocity,
             "ranks": self.ranks,
             "wall_s": ended.wall_s,
+            "cpu_s": ended.cpu_s,
         }
         self.directory.seal_segment(checkpoint)
         facts["continuations"] += 1
         self.directory.write_state(state="interrupted", **facts)
 
-    def _prove(self, deck: Deck, facts: dict[str, Any], ended: Launch) -> Thermo:
-        """The whole run, if it is whole."""
+    def _prove(self, deck: Deck, facts: dict[str, Any], ended: Launch, watch: Watch) -> Thermo:
+        """The whole run, if it is whole. What the watch would say of it then is the verdict's."""
         directory, case = self.directory, self.case
         # What it printed, where it died before it opened a log.
         thermo = read_logs(directory) if directory.log.exists() else read_thermo(directory.stdout)
         faults = missing_proofs(case, deck.sentinel, directory, thermo, ended.returncode)
-        walls = [ended.wall_s, *(part["wall_s"] for part in directory.checkpoints())]
+        parts = directory.checkpoints()
         outcome = {
             **facts,
-            "wall_s": sum(walls),
+            "wall_s": ended.wall_s + sum(part["wall_s"] for part in parts),
+            "cpu_s": _sum([ended.cpu_s, *(part.get("cpu_s") for part in parts)]),
             "returncode": ended.returncode,
             "parts": _engine_parts(thermo),
         }
         if faults:
-            self._fail(outcome, [*thermo.errors[:1], *faults])
-            raise RunError(failure_message(directory, faults))
+            self._give_up(outcome, faults, thermo, watch)
         directory.write_state(state="complete", **outcome)
         directory.gather_frames()
         directory.drop_restarts()
         return thermo
 
-    def _fail(self, facts: dict[str, Any], faults: list[str]) -> None:
+    def _give_up(
+        self, facts: dict[str, Any], faults: list[str], thermo: Thermo, watch: Watch
+    ) -> NoReturn:
+        """Record an engine that failed, with what its last rows and frames say."""
+        steps = thermo.rows.get("Step", [0])
+        last = int(max(steps, default=0))
+        finding = watch.diagnose(last, lost=lost_spheres(self.directory))
+        if finding is None:
+            self._fail(facts, [*thermo.errors[:1], *faults])
+            raise RunError(failure_message(self.directory, faults))
+        self._fail(facts, [finding.fault, *thermo.errors[:1], *faults], finding)
+        told = [finding.fault, *faults]
+        raise RunUnstableError(failure_message(self.directory, told, finding.details))
+
+    def _fail(
+        self, facts: dict[str, Any], faults: list[str], finding: Finding | None = None
+    ) -> None:
         failures = facts["failures"] + 1
-        self.directory.write_state(
-            **{**facts, "state": "failed", "failures": failures}, faults=faults
-        )
+        known = {**facts, "state": "failed", "failures": failures, "faults": faults}
+        if finding is not None:
+            known["diagnosis"] = finding.as_facts()
+        self.directory.write_state(**known)
 
     def _whereabouts(self) -> str:
         step, time_plan = self.directory.checkpoints()[-1]["step"], self.case.time
@@ -191,6 +225,12 @@ class Attempt:
             f"interrupted at {done:.4g} of {whole:.4g} s; {self.directory.path} keeps a "
             "checkpoint, from which the same command goes on"
         )
+
+
+def _sum(times_s: list[float | None]) -> float | None:
+    """A sum of times; None if one is not known, as of a part that an older version ran."""
+    known = [time_s for time_s in times_s if time_s is not None]
+    return sum(known) if len(known) == len(times_s) else None
 
 
 def _engine_parts(thermo: Thermo) -> dict[str, float]:

@@ -7,7 +7,13 @@ from typing import TYPE_CHECKING
 
 from liggghts_driver.population import Population, populate
 from liggghts_driver.scene.layout import Layout, layout, particle_fraction
-from liggghts_driver.timestep import TimePlan, plan_time, speed_bound_m_s
+from liggghts_driver.timestep import (
+    LONGEST_SKIN,
+    TimePlan,
+    mean_radius_m,
+    plan_time,
+    speed_bound_m_s,
+)
 
 if TYPE_CHECKING:
     from liggghts_driver.scene.elastic import Body
@@ -25,6 +31,11 @@ class Checkpoint:
     step: int
     restart: str
     piston_velocity_m_s: float
+
+
+#: Steps in which the fastest bodies come nearer by the skin, within bounds [mean particle radii].
+_STEPS_OF_A_LIST = 60
+_SHORTEST_SKIN = 0.4
 
 
 @dataclass(frozen=True)
@@ -52,13 +63,17 @@ class Case:
 
     @property
     def materials(self) -> tuple[Body, ...]:
-        """The kinds of bodies that exist, in the order of the engine's atom types."""
+        """The kinds of bodies that exist, in the order of the engine's atom types.
+
+        The engine wants an atom of its first type: without particles that is a grain.
+        """
         present: dict[Body, bool] = {
-            "particles": True,
+            "particles": self.population.particles > 0,
             "grains": self.population.grains > 0,
             "walls": bool(self.layout.walls) or self.scene.piston is not None,
         }
-        return tuple(name for name, here in present.items() if here)
+        here = [name for name, is_here in present.items() if is_here]
+        return tuple(dict.fromkeys([*here, "particles"]))
 
     def type_of(self, material: Body) -> int:
         """The engine's number of a material."""
@@ -66,9 +81,15 @@ class Case:
 
     @property
     def skin_m(self) -> float:
-        """How far beyond contact the neighbour lists reach: 0.4 of the mean particle radius."""
-        radii = self.population.particle_radii_m
-        return 0.4 * float(radii.mean() if len(radii) else self.population.radii_m.mean())
+        """How far beyond contact the neighbour lists reach.
+
+        A longer reach has more pairs looked at in each step, a shorter one has the lists built
+        more often, which costs as much as tens of steps. Where steps are long it pays to reach
+        further: as far as two bodies can come nearer in some steps.
+        """
+        radius = mean_radius_m(self.population)
+        way = _STEPS_OF_A_LIST * self.time.step_s * self.speed_bound_m_s
+        return min(max(way, _SHORTEST_SKIN * radius), LONGEST_SKIN * radius)
 
     @property
     def piston_mass_kg(self) -> float:

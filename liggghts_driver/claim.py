@@ -11,12 +11,11 @@ import fcntl
 import json
 import os
 import platform
-import shutil
-import subprocess
 import uuid
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from liggghts_driver.batch import SlurmError, job_states
 from liggghts_driver.errors import RunBusyError
 
 if TYPE_CHECKING:
@@ -88,22 +87,11 @@ def read_claim(directory: RunDirectory) -> dict[str, Any] | None:
 
 def job_runs(job: str) -> bool:
     """Whether the batch system knows a job as running; true where it cannot be asked."""
-    squeue = shutil.which("squeue")
-    if squeue is None:
-        return True
     try:
-        done = subprocess.run(
-            [squeue, "--noheader", "--jobs", job, "--format", "%T"],
-            capture_output=True,
-            text=True,
-            timeout=_PATIENCE_S,
-            check=False,
-        )
-    except subprocess.TimeoutExpired:
+        states = job_states(job, _PATIENCE_S)
+    except SlurmError:
         return True
-    if done.returncode != 0:
-        return "Invalid job id" not in done.stderr
-    return any(state in done.stdout.split() for state in ("RUNNING", "COMPLETING", "SUSPENDED"))
+    return any(state in states for state in ("RUNNING", "COMPLETING", "SUSPENDED"))
 
 
 def alive(claim: dict[str, Any], job_runs: Callable[[str], bool] = job_runs) -> bool:

@@ -43,6 +43,13 @@ class RunError(DriverError):
     """The engine failed, or did not finish what the deck asked for."""
 
 
+class RunUnstableError(RunError):
+    """The run went where no valid answer is: it was stopped, or lost particles.
+
+    Its message says what was seen, when, at which particle or contact, and what to do.
+    """
+
+
 class RunFolderError(DriverError):
     """The run directory holds something that must not be overwritten."""
 

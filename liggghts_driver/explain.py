@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from liggghts_driver.accuracy import accuracy_facts
 from liggghts_driver.deck.build import FRAME_COLUMNS, PIXELS
 from liggghts_driver.effects.costs import CONTACTS_NS
 from liggghts_driver.physics.drag import reynolds
@@ -40,11 +41,12 @@ def explain(scene: Scene) -> dict[str, Any]:
 
 
 def explain_case(case: Case) -> dict[str, Any]:
-    """Effects with their reasons and weights, bounds on the time step, and the size of the run."""
+    """Accuracy, effects with reasons and weights, bounds on the time step, the size of the run."""
     population, time = case.population, case.time
     decisions = decisions_of(case)
     costs = {d.effect.name: d.effect.cost(case) for d in decisions if d.active}
     facts = {
+        "accuracy": accuracy_facts(case.identity),
         "effects": [_effect(decision, case, costs) for decision in decisions],
         "drag": _drag(case),
         "time_step_s": time.step_s,

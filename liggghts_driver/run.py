@@ -23,7 +23,8 @@ if TYPE_CHECKING:
 class FinishedRun:
     """A run that is proven complete.
 
-    ``reused`` tells that it was found finished and nothing was computed.
+    ``reused`` tells that it was found finished and nothing was computed; ``cpu_s`` is None where
+    an older version ran it.
     """
 
     case: Case
@@ -31,6 +32,7 @@ class FinishedRun:
     thermo: Thermo
     ranks: int
     wall_s: float
+    cpu_s: float | None
     command: tuple[str, ...]
     engine: str
     parts: dict[str, float]
@@ -104,6 +106,7 @@ def finished_run(
         thermo=thermo or read_logs(directory),
         ranks=state["ranks"],
         wall_s=state["wall_s"],
+        cpu_s=state.get("cpu_s"),
         command=tuple(state["command"]),
         engine=state["engine"],
         parts=state["parts"],

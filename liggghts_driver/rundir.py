@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Any
 
 from liggghts_driver.errors import RunFolderError
 from liggghts_driver.resources import templates_dir
+from liggghts_driver.scene.canonical import canonical_json
 from liggghts_driver.scene.read import make_scene
 
 if TYPE_CHECKING:
@@ -31,15 +32,10 @@ _OF_A_RUN = (
 )  # fmt: skip
 
 
-def canonical_json(data: object) -> str:
-    """One text for equal data: sorted keys, no blanks."""
-    return json.dumps(data, sort_keys=True, separators=(",", ":"), allow_nan=False)
-
-
 def scene_hash(scene: Scene) -> str:
     """Identity of a scene: the SHA-256 of its canonical form, title left out."""
-    data = scene.model_dump(mode="json")
-    del data["title"]  # a name changes no result
+    # A name changes no result, nor does the wish by which the settings in the tables were chosen.
+    data = scene.model_dump(mode="json", exclude={"title", "accuracy"})
     return hashlib.sha256(canonical_json(data).encode()).hexdigest()
 
 
@@ -258,10 +254,13 @@ class RunDirectory:
             raise RunFolderError(
                 f"{self.path}: holds files but no run; choose another folder with --out"
             )
-        if scene_hash(self.read_scene()) != scene_hash(scene):
+        held = self.read_scene()
+        if scene_hash(held) != scene_hash(scene):
             raise RunFolderError(
                 f"{self.path}: holds a run of another scene; choose another folder with --out"
             )
+        if held.accuracy != scene.accuracy:
+            self.write_scene(scene)  # the same run, asked for in other words
 
     def make_or_find_empty(self) -> bool:
         """Make the folder if it is not there; whether there is nothing in it.

@@ -25,6 +25,10 @@ if TYPE_CHECKING:
 LARGEST_DRAG_NUMBER = 0.1
 #: The engine counts the steps of a run in 32 bits.
 _MOST_STEPS = 2**31 - 1
+#: The neighbour lists reach at most this far beyond contact [mean particle radii].
+LONGEST_SKIN = 1.0
+#: The servo's vel_max is below skin / (2 dt), and twice what the piston may reach.
+_PISTON_SHARE = 0.98 / 4.0
 #: A scene in which nothing can move is bounded as if things moved at this speed.
 _SLOWEST_M_S = 1e-6
 
@@ -153,8 +157,31 @@ def _free_bounds(
     longest = scene.time.duration / scene.output.samples
     return [
         *contact_bounds(scene, layout, population, speed_m_s),
+        *_piston_bounds(scene, population, speed_m_s),
         Bound("duration", longest, "one step per sample"),
     ]
+
+
+def _piston_bounds(scene: Scene, population: Population, speed_m_s: float) -> list[Bound]:
+    """The engine's servo asks for steps short beside the skin, the neighbour lists' reach.
+
+    Particles need no such bound: the engine looks at every step whether one has moved by half of
+    the skin, and builds the lists again before it computes forces.
+    """
+    if scene.piston is None or not len(population.radii_m):
+        return []
+    skin = LONGEST_SKIN * mean_radius_m(population)
+    reason = (
+        f"the engine's limit on the piston, skin / (2 step), twice above {speed_m_s:.3g} m/s; "
+        f"the skin is at most {skin:.3g} m"
+    )
+    return [Bound("piston", _PISTON_SHARE * skin / speed_m_s, reason)]
+
+
+def mean_radius_m(population: Population) -> float:
+    """The mean radius of the particles, or of the grains where there are none."""
+    radii = population.particle_radii_m
+    return float(radii.mean() if len(radii) else population.radii_m.mean())
 
 
 def contact_bounds(

@@ -104,6 +104,7 @@ def _results(case: Case) -> dict[str, Any]:
         "verdict": "valid",
         "reasons": [],
         "title": "A made-up run",
+        "accuracy": {},
         "counts": {
             "asked": population.asked,
             "placed": population.particles,
@@ -122,6 +123,7 @@ def _results(case: Case) -> dict[str, Any]:
         "largest_speed_m_s": 5e-3,
         "cost": {
             "wall_s": 12.5,
+            "cpu_s": 12.25,
             "steps": case.time.steps,
             "ranks": 2,
             "particle_steps_per_s": 1.25e6,

@@ -408,6 +408,12 @@ class TestSqueue:
         assert job_runs(job) is runs
         assert (squeue / "asked").read_text() == f"--noheader --jobs {job} --format %T\n"
 
+    def test_it_is_not_asked_through_a_user_s_own_filters(self, squeue, monkeypatch):
+        """Else a job in another state would look as if it had ended."""
+        (squeue / "squeue").write_text('#!/bin/sh\n[ -z "$SQUEUE_STATES" ] && echo RUNNING\n')
+        monkeypatch.setenv("SQUEUE_STATES", "PENDING")
+        assert job_runs("1")
+
     @pytest.mark.parametrize(("job", "busy"), [("1", True), ("4", False)])
     def test_it_decides_on_a_claim_of_another_machine(self, run, job, busy):
         leave(run, facts(1, 1, host="elsewhere", job=job))

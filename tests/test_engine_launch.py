@@ -160,6 +160,13 @@ class TestLaunch:
         assert ended.command == ("sh", "-c", "pwd; echo oops >&2; exit 7")
         assert out.read_text() == f"{tmp_path}\noops\n"
         assert 0 < ended.wall_s < 10
+        assert 0 <= ended.cpu_s < 10
+
+    def test_processor_time_is_of_everything_that_was_started(self, tmp_path, out):
+        busy = "i=0; while [ $i -lt 100000 ]; do i=$((i+1)); done"
+        ended = launch(["sh", "-c", f"(sh -c '{busy}'); sleep 0.3"], tmp_path, out)
+        # The loop takes a tenth of a second or so, the sleep none.
+        assert 0.01 < ended.cpu_s <= ended.wall_s
 
     def test_no_input_is_waited_for(self, tmp_path, out):
         launch(["cat"], tmp_path, out)

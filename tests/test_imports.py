@@ -11,10 +11,10 @@ import liggghts_driver
 
 PACKAGE = Path(liggghts_driver.__file__).parent
 ORDER = [
-    "errors", "resources", "physics", "packing", "darcy", "statistics", "scene", "population",
-    "prediction", "flowing", "drag_plan", "timestep", "case", "effects", "prepare", "deck",
-    "rundir", "claim", "results", "written", "engine", "attempt", "run", "report", "explain",
-    "solve", "sweeps", "studies", "cli",
+    "errors", "resources", "physics", "packing", "darcy", "statistics", "scene", "accuracy",
+    "population", "prediction", "flowing", "drag_plan", "timestep", "case", "effects", "prepare",
+    "deck", "rundir", "batch", "claim", "results", "written", "engine", "watch", "attempt", "run",
+    "report", "explain", "solve", "sweeps", "studies", "cli",
 ]  # fmt: skip
 #: Imports for annotations alone that go back: the class of a finished run.
 KNOWN = {("results", "run")}

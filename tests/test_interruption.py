@@ -140,9 +140,10 @@ class TestAskedToEnd:
         assert not list(run.path.glob("attempt-*"))
         # Both launches count.
         assert checkpoint["wall_s"] < finished.wall_s
+        assert checkpoint["cpu_s"] < finished.cpu_s
         again = run_case(case, run)
         assert again.reused
-        assert again.wall_s == finished.wall_s
+        assert (again.wall_s, again.cpu_s) == (finished.wall_s, finished.cpu_s)
 
     def test_it_may_be_asked_again_and_again(self, engine, case, run):
         engine("slow")

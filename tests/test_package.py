@@ -113,6 +113,8 @@ def test_a_wheel_holds_code_templates_and_cases_and_nothing_else(wheel):
         }
         assert expected
         assert expected <= inside
+    studies = {path.relative_to(ROOT) for path in (ROOT / "cases" / "accuracy").glob("*.json")}
+    assert {f"liggghts_driver/{path}" for path in studies} <= inside
     assert "liggghts_driver/py.typed" in inside
     others = {name for name in names if name not in inside and ".dist-info/" not in name}
     assert not others

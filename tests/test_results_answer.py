@@ -41,7 +41,7 @@ def test_everything_promised_is_there(answer_of):
         "grains": case.population.grains,
     }
     assert set(results["sections"]) == {"entrance", "middle"}
-    assert set(results["cost"]) >= {"wall_s", "steps", "particle_steps_per_s", "parts"}
+    assert set(results["cost"]) >= {"wall_s", "cpu_s", "steps", "particle_steps_per_s", "parts"}
     assert results["cost"]["steps"] == case.time.steps
     provenance = results["provenance"]
     assert provenance["scene_sha256"] == scene_hash(case.scene)

@@ -9,13 +9,8 @@ from small_scenes import COLLISION, INFILTRATION, scene_of
 
 from liggghts_driver import rundir as module
 from liggghts_driver.errors import RunFolderError, SceneError
-from liggghts_driver.rundir import (
-    RunDirectory,
-    canonical_json,
-    scene_hash,
-    templates_hash,
-    write_text,
-)
+from liggghts_driver.rundir import RunDirectory, scene_hash, templates_hash, write_text
+from liggghts_driver.scene.canonical import canonical_json
 
 
 @pytest.fixture

@@ -21,6 +21,7 @@ from liggghts_driver.sweeps.slurm import (
     read_submissions,
     submit,
     task_alive,
+    task_state,
 )
 from liggghts_driver.sweeps.slurm_queue import Submission, parse_queue, record
 from liggghts_driver.sweeps.slurm_script import (
@@ -339,6 +340,17 @@ def test_a_job_that_has_ended_is_not_in_the_queue(fake):
     fake(squeue_error="slurm_load_jobs error: Invalid job id specified\n")
     assert queue([Submission(12, "1.points", 1, "", "here")]) == {}
     assert not task_alive(12, 0)
+
+
+def test_a_task_that_waits_or_runs_is_alive(fake):
+    for state in ("PENDING", "RUNNING", "COMPLETING"):
+        calls = fake(squeue=f"{state}\n")
+        assert task_alive(12, 3)
+        assert task_state(12, 3) == state
+    assert calls.read_text().splitlines()[-1].endswith("--jobs 12_3 --format %T")
+    fake(squeue="")
+    assert task_state(12) is None
+    assert not task_alive(12)
 
 
 def test_a_squeue_that_cannot_tell_is_an_error_in_its_own_words(fake):

@@ -318,9 +318,9 @@ class TestFailures:
         assert re.search(r"^ +failed +1$", ended.out, re.MULTILINE)
         name = runs_of(place)[1].path.name
         (line,) = re.findall(r"^failed: (.*)$", ended.out, re.MULTILINE)
-        # The engine's own words, where it had any.
+        # What the watch made of it, where there was anything.
         point = re.escape(f"contact.damping_ratio = 0.2, seed 1 ({name}): ")
-        assert re.match(f"{point}(the engine |ERROR on proc 0: Atom lost)", line)
+        assert re.match(f"{point}(the engine |spheres left the engine's box)", line)
 
     def test_as_a_document(self, cli, place, file, middle):
         middle("error")
@@ -428,6 +428,42 @@ class TestStatus:
         assert ended.code == 2
         assert ended.document["error"] == "SweepError"
         assert "sweep.json" in ended.document["message"]
+
+
+class TestChangedFile:
+    """Status and collect go by the plan: a file that says something else by now is told of."""
+
+    NOTE = "note: {} has changed since its points were planned; `sweep run` takes the change in\n"
+
+    @pytest.mark.parametrize("what", ["three.toml", "runs/sweep-three"])
+    @pytest.mark.parametrize("name", ["status", "collect"])
+    def test_it_is_told_once_on_stderr(self, cli, file, launches, name, what):
+        cli("run", file)
+        assert cli(name, what, "--json").err == ""
+        file.write_text(SWEEP.replace("0.3]", "0.3, 0.4]"))
+        ended = cli(name, what, "--json")
+        assert ended.code == 0
+        assert ended.err == self.NOTE.format(file)
+        assert ended.document == cli(name, what, "--json").document
+        assert cli("status", file, "--json").document["points"]["done"] == 3
+        cli("run", file)
+        assert cli(name, what, "--json").err == ""
+
+    def test_of_a_file_that_is_gone_nothing_is_known(self, cli, file, launches):
+        cli("run", file)
+        file.unlink()
+        ended = cli("status", "runs/sweep-three")
+        assert (ended.code, ended.err) == (0, "")
+
+    def test_nor_of_one_that_an_older_version_planned(self, cli, place, file, launches):
+        cli("run", file)
+        path = place / "runs" / "sweep-three" / "sweep.json"
+        plan = json.loads(path.read_text())
+        del plan["file"], plan["file_sha256"]
+        path.write_text(json.dumps(plan))
+        file.write_text(SWEEP.replace("0.3]", "0.3, 0.4]"))
+        ended = cli("status", file)
+        assert (ended.code, ended.err) == (0, "")
 
 
 class TestCollect:
@@ -552,7 +588,9 @@ class TestWork:
         ended = cli(*work, 0)
         assert ended.code == 1
         first, last = ended.out.splitlines()
-        assert first.startswith("contact.damping_ratio = 0.2, seed 1: failed ERROR on proc 0: ")
+        assert first.startswith(
+            "contact.damping_ratio = 0.2, seed 1: failed spheres left the engine's box"
+        )
         assert last == "contact.damping_ratio = 0.1, seed 1: done"
 
     @pytest.mark.parametrize("name", ["SIGUSR1", "SIGTERM"])

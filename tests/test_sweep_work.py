@@ -126,7 +126,7 @@ class TestFailed:
         engine("error")
         outcome = work_on(task, on_case=Tries())
         assert outcome.ending == "failed"
-        assert outcome.reason.startswith("ERROR on proc 0: Atom lost")
+        assert outcome.reason.startswith("spheres left the engine's box")
         assert "\n" not in outcome.reason
         assert launches() == 1
         assert failures(task.folder) == state_of(task)["failures"] == 1

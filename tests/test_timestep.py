@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import ClassVar
 
 import numpy as np
 import pytest
@@ -11,6 +12,7 @@ from hypothesis import strategies as st
 from small_scenes import COLLISION, FLUID, GONE, GRAIN, INFILTRATION, MATERIAL, case_of, shipped
 
 from liggghts_driver.case import make_case
+from liggghts_driver.effects.piston import speed_limit_m_s
 from liggghts_driver.errors import SceneError
 from liggghts_driver.physics.contact import Body, contact_duration_s
 from liggghts_driver.physics.drag import drag_coefficient_n_s_m, free_flight_speed_m_s
@@ -79,7 +81,7 @@ def test_bounds_are_sorted_and_explained():
     names = [bound.name for bound in case.time.bounds]
     assert set(names) == {
         "contact particle-particle", "contact particle-grain", "contact particle-wall", "drag",
-        "duration",
+        "piston", "duration",
     }  # fmt: skip
     steps = [bound.step_s for bound in case.time.bounds]
     assert steps == sorted(steps)
@@ -338,6 +340,30 @@ def test_without_particles_nothing_but_the_samples_bounds_the_step():
 def test_a_lone_particle_without_walls_meets_nobody():
     case = case_of(COLLISION, {"spheres": COLLISION["spheres"][:1]})
     assert [bound.name for bound in case.time.bounds] == ["duration"]
+
+
+class TestPistonBound:
+    """Soft bodies have long contacts: what the piston's servo asks for then counts."""
+
+    SOFT: ClassVar[dict[str, object]] = {
+        "contact.stiffness_scale": 1e-4, "time.step_fraction": 1.0, "fluid": GONE, "pressure": GONE,
+        "piston.acceleration": 10.0, "output.samples": 10,
+    }  # fmt: skip
+
+    def test_the_piston_shortens_a_step_that_nobody_gave(self):
+        case = case_of(INFILTRATION, self.SOFT)
+        assert case.time.bounds[0].name == "piston"
+        radius = case.population.particle_radii_m.mean()
+        assert case.time.bound_s <= radius / (4.0 * case.speed_bound_m_s)
+        # The servo has its room: the engine's rule, with what the piston can reach twice over.
+        limit = speed_limit_m_s(case)
+        assert 2.0 * case.speed_bound_m_s <= limit < case.skin_m / (2.0 * case.time.step_s)
+
+    def test_a_step_that_was_given_is_refused(self):
+        allowed = case_of(INFILTRATION, self.SOFT).time.bound_s
+        with pytest.raises(SceneError, match="set by piston"):
+            case_of(INFILTRATION, {**self.SOFT, "time.step": 1.01 * allowed})
+        assert case_of(INFILTRATION, {**self.SOFT, "time.step": allowed}).time.step_s == allowed
 
 
 def test_a_small_particle_counts_among_large_ones():

@@ -11,7 +11,15 @@ import typer
 from liggghts_driver import __version__
 from liggghts_driver.cli import show
 from liggghts_driver.cli.gradients import parse_gradients
-from liggghts_driver.cli.options import CHECKPOINT_EVERY_S, INTERRUPTED, Json, Overrides, SceneFile
+from liggghts_driver.cli.options import (
+    CHECKPOINT_EVERY_S,
+    INTERRUPTED,
+    Json,
+    Overrides,
+    SceneFile,
+    Tolerance,
+    with_tolerance,
+)
 from liggghts_driver.cli.progress import follow
 from liggghts_driver.cli.study import study
 from liggghts_driver.cli.sweep import sweep
@@ -55,6 +63,7 @@ def run(
     scene: SceneFile,
     ranks: Ranks = 1,
     out: Out = None,
+    tolerance: Tolerance = None,
     overrides: Overrides = None,
     as_json: Json = False,
 ) -> None:
@@ -66,7 +75,7 @@ def run(
     from liggghts_driver.errors import RunInterrupted
     from liggghts_driver.solve import default_directory, solve
 
-    checked = read_scene(scene, overrides or ())
+    checked = read_scene(scene, with_tolerance(overrides, tolerance))
     folder = out or default_directory(checked, scene.stem)
     stop = Stop(checkpoint_every_s=CHECKPOINT_EVERY_S)
     try:
@@ -154,11 +163,17 @@ def estimate(
 
 
 @app.command()
-def explain(scene: SceneFile, overrides: Overrides = None, as_json: Json = False) -> None:
+def explain(
+    scene: SceneFile,
+    tolerance: Tolerance = None,
+    overrides: Overrides = None,
+    as_json: Json = False,
+) -> None:
     """Every effect, in or out, and why; the time step and which bound sets it; the size."""
     from liggghts_driver.explain import explain as explain_scene
 
-    show.explanation(explain_scene(read_scene(scene, overrides or ())), as_json=as_json)
+    checked = read_scene(scene, with_tolerance(overrides, tolerance))
+    show.explanation(explain_scene(checked), as_json=as_json)
 
 
 @app.command()

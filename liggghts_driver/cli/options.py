@@ -20,4 +20,19 @@ Overrides = Annotated[
     Optional[list[str]],  # noqa: UP045 - typer reads this form on every Python
     typer.Option("--set", metavar="SECTION.KEY=VALUE", help="Override a key of the scene."),
 ]
+Tolerance = Annotated[
+    Optional[float],  # noqa: UP045
+    typer.Option(
+        "--tolerance",
+        metavar="ERROR",
+        help="Relative error to tolerate, as 0.05: takes the cheapest settings that a study of the "
+        "scene's accuracy found to be within. Instead of the scene's own accuracy.",
+        show_default=False,
+    ),
+]
 Json = Annotated[bool, typer.Option("--json", help="Print one JSON document and nothing else.")]
+
+
+def with_tolerance(overrides: list[str] | None, tolerance: float | None) -> list[str]:
+    """Overrides and the tolerance, which is the scene's ``accuracy`` as a number."""
+    return [*(overrides or ()), *([] if tolerance is None else [f"accuracy={tolerance!r}"])]

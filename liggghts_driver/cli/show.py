@@ -52,12 +52,24 @@ def results(answer: Mapping[str, Any], path: Path, *, reused: bool, as_json: boo
         )
     for note in answer["notes"]:
         console.print(f"note: {note}", markup=False)
+    _accuracy(console, answer)
     cost = answer["cost"]
     console.print(
         f"{cost['particles']} particles, {cost['steps']} steps in {cost['wall_s']:.1f} s on "
         f"{cost['ranks']} rank(s)"
     )
     console.print(f"report: {path / 'report.html'}", markup=False)
+
+
+def _accuracy(console: Console, answer: Mapping[str, Any]) -> None:
+    accuracy = answer["accuracy"]
+    for sentence in accuracy.get("sentences", ()):
+        console.print(sentence, markup=False, highlight=False)
+    settings = ", ".join(
+        f"{name} = {value}" for name, value in accuracy.get("settings", {}).items()
+    )
+    if settings:
+        console.print(f"settings: {settings}", markup=False, highlight=False)
 
 
 def _flow(console: Console, answer: Mapping[str, Any]) -> None:
@@ -122,6 +134,7 @@ def explanation(facts: Mapping[str, Any], *, as_json: bool) -> None:
         document(facts)
         return
     console = Console(soft_wrap=True)
+    _accuracy(console, facts)
     console.print(_effects(facts["effects"]))
     for effect in facts["effects"]:
         if effect.get("weak"):

@@ -1,8 +1,7 @@
-"""What the studies print: a line for each run, then tables; or one JSON document."""
+"""What the studies print: tables, or one JSON document."""
 
 from __future__ import annotations
 
-import sys
 from typing import TYPE_CHECKING, Any
 
 from rich.console import Console
@@ -11,40 +10,13 @@ from rich.text import Text
 
 from liggghts_driver.cli.show import document
 from liggghts_driver.report.numbers import NONE, number, quantity, with_error
-from liggghts_driver.studies.replicates import Listener, Run
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
     from pathlib import Path
 
-    from liggghts_driver.studies.variants import Variant
-
 #: Numbers of steps that differ by more than this are told: they are not the effect's own cost.
 _OTHER_STEPS = 0.01
-
-
-class _Lines(Listener):
-    """One line for each run, begun when the run begins."""
-
-    def on_start(self, number: int, total: int, variant: Variant, seed: int) -> None:
-        """Which run it is."""
-        self._print(f"run {number} of {total}: {variant.title}, seed {seed} ... ", end="")
-
-    def on_end(self, run: Run) -> None:
-        """How it went."""
-        if run.failure is not None:
-            self._print("failed")
-            return
-        again = ", found finished" if run.reused else ""
-        self._print(f"{run.wall_s:.1f} s, {run.verdict}{again}")
-
-    def _print(self, text: str, end: str = "\n") -> None:
-        print(text, end=end, file=sys.stderr, flush=True)
-
-
-def follower(*, quiet: bool) -> Listener:
-    """What follows a study: lines on stderr, or nothing when quiet."""
-    return Listener() if quiet else _Lines()
 
 
 def effects(results: Mapping[str, Any], folder: Path, *, as_json: bool) -> None:
@@ -181,22 +153,33 @@ def accuracy(results: Mapping[str, Any], folder: Path, *, as_json: bool) -> None
         document(results)
         return
     console = Console(soft_wrap=True)
-    names = [name.replace("_", " ").removesuffix(" 1") for name in results["chosen_by"]]
     table = Table(box=None, pad_edge=False)
-    for head in ("time", *names):
-        table.add_column(head, no_wrap=True)
+    for name in results["shown"]:
+        table.add_column(name.replace("_", " ").removesuffix(" 1"), no_wrap=True)
     for setting in results["settings"]:
-        errors = [_change(setting["errors"].get(name)) for name in results["chosen_by"]]
-        table.add_row(number(setting["cost_over_reference"]), *errors)
+        table.add_row(*(_error(setting, name) for name in results["shown"]))
     # Titles are too long for a column: each stands above its numbers.
     heads, *rows = _lines(table, console)
     console.print(heads, markup=False, highlight=False)
     for setting, row in zip(results["settings"], rows, strict=True):
-        console.print(Text(setting["title"], style="bold"))
+        overlap = number(100.0 * setting["largest_overlap_over_radius"], 2)
+        time = number(setting["cost_over_reference"])
+        cost = f"{time} of the time, overlaps up to {overlap} % of a radius"
+        console.print(Text.assemble((setting["title"], "bold"), f": {cost}"), highlight=False)
         console.print(row, markup=False, highlight=False)
+    console.print("in brackets: not told from no error (95 %)", markup=False)
+    for name, reason in results["failures"].items():
+        console.print(f"no answer: {name}: {reason.splitlines()[0]}", markup=False)
     for sentence in results["sentences"]:
         console.print(sentence, markup=False)
-    console.print(f"table, figure: {folder}", markup=False)
+    console.print(f"accuracy.png, accuracy.csv, accuracy.json in {folder}", markup=False)
+
+
+def _error(setting: Mapping[str, Any], name: str) -> str:
+    """An error with its interval, in brackets where it may be none."""
+    text = _change(setting["errors"].get(name))
+    exact = setting["knob"] == "reference"
+    return f"({text})" if name in setting["below_noise"] and not exact else text
 
 
 def _lines(table: Table, console: Console) -> list[str]:

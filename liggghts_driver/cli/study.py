@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import sys
+from functools import partial
 from pathlib import Path
-from typing import Annotated, Optional
+from typing import TYPE_CHECKING, Annotated, Optional
 
 import typer
 
@@ -16,7 +17,12 @@ from liggghts_driver.cli.options import (
     Overrides,
     SceneFile,
 )
-from liggghts_driver.scene import read_scene
+from liggghts_driver.scene import read_problem, read_scene
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from liggghts_driver.sweeps.task import Outcome, Task
 
 Out = Annotated[
     Optional[Path],  # noqa: UP045 - typer reads this form on every Python
@@ -29,6 +35,11 @@ Out = Annotated[
 Replicates = Annotated[
     int, typer.Option("--replicates", min=1, help="Seeds, the same for every variant.")
 ]
+Runs = Annotated[Path, typer.Option("--runs", help="Folder of all runs, shared with sweeps.")]
+#: Where the study of exact problems is, which has no scene to be named by.
+EXACT = Path("runs") / "study-exact"
+#: And that of the hard cases, which are many.
+STABILITY = Path("runs") / "study-stability"
 
 study = typer.Typer(
     help="Run a scene many times, with one thing changed at a time.",
@@ -46,26 +57,25 @@ def _studies() -> None:
 def effects(
     scene: SceneFile,
     out: Out = None,
+    runs: Runs = RUNS,
     replicates: Replicates = 3,
     overrides: Overrides = None,
     as_json: Json = False,
 ) -> None:
     """Leave each effect out in turn: what it costs and what it changes."""
     from liggghts_driver.cli import show_study
-    from liggghts_driver.studies.effects import study_directory, study_effects
+    from liggghts_driver.studies.effects import study_directory, whole_case, write_results
+    from liggghts_driver.studies.measured import measure
+    from liggghts_driver.studies.tasks import tasks_in_turn
+    from liggghts_driver.studies.variants import variants_of
 
     checked = read_scene(scene, overrides or ())
+    case = whole_case(checked)
     folder = out or study_directory(checked, scene.stem)
-    listener = show_study.follower(quiet=as_json)
-    try:
-        results = study_effects(checked, folder, replicates, listener, command=sys.argv)
-    except KeyboardInterrupt:
-        typer.echo(
-            f"\ninterrupted; finished runs are kept in {folder}, the same command goes on from "
-            "there",
-            err=True,
-        )
-        raise typer.Exit(INTERRUPTED) from None
+    seeds = [checked.seed + number for number in range(replicates)]
+    tasks = tasks_in_turn(variants_of(checked), checked, seeds, runs)
+    outcomes = _run(list(tasks.values()), quiet=as_json)
+    results = write_results(checked, case, measure(tasks, outcomes), folder, sys.argv)
     show_study.effects(results, folder, as_json=as_json)
     if any(run["failure"] is not None for run in results["runs"]):
         raise typer.Exit(1)
@@ -75,34 +85,148 @@ def effects(
 def accuracy(
     scene: SceneFile,
     out: Out = None,
-    runs: Annotated[
-        Path, typer.Option("--runs", help="Folder of all runs, shared with sweeps.")
-    ] = RUNS,
+    runs: Runs = RUNS,
     replicates: Replicates = 3,
+    knobs: Annotated[
+        Optional[str],  # noqa: UP045
+        typer.Option(
+            "--knobs",
+            metavar="KNOB,...",
+            help="Run these alone, and the reference (step, drag, stiffness, section, together); "
+            "what was run of others before is judged too.",
+            show_default=False,
+        ),
+    ] = None,
     overrides: Overrides = None,
     as_json: Json = False,
 ) -> None:
     """What accuracy costs in time: each setting's error against its cost."""
-    from liggghts_driver.cli import show_study, show_sweep
-    from liggghts_driver.engine.stop import Stop
+    from liggghts_driver.cli import show_study
     from liggghts_driver.solve import default_directory
-    from liggghts_driver.studies.accuracy import measure, require_flow, run_settings, tasks_of
+    from liggghts_driver.studies.accuracy import measure, require_flow
     from liggghts_driver.studies.accuracy_report import write_results
+    from liggghts_driver.studies.knobs import settings_of
+    from liggghts_driver.studies.tasks import tasks_in_turn
 
-    checked = read_scene(scene, overrides or ())
+    wanted = {"reference", *_knobs(knobs)}
+    checked = read_problem(scene, overrides or ())
     require_flow(checked)
     folder = out or default_directory(checked, f"study-accuracy-{scene.stem}")
-    tasks = tasks_of(checked, [checked.seed + n for n in range(replicates)], runs)
+    seeds = [checked.seed + number for number in range(replicates)]
+    tasks = tasks_in_turn(settings_of(checked), checked, seeds, runs)
+    to_run = [task for (setting, _), task in tasks.items() if setting.knob in wanted]
+    outcomes = _run(to_run, quiet=as_json)
+    failed = {name: o.reason for name, o in outcomes.items() if o.ending != "done"}
+    results = write_results(checked, measure(checked, tasks), folder, failed, sys.argv)
+    show_study.accuracy(results, folder, as_json=as_json)
+    # A setting may be beyond what holds, which is an answer too; without its reference none is.
+    if any(name.startswith("reference") for name in failed):
+        raise typer.Exit(1)
+
+
+def _knobs(text: str | None) -> Sequence[str]:
+    """The knobs that an option names; all where it is not given."""
+    from liggghts_driver.studies.knobs import KNOBS
+
+    if text is None:
+        return KNOBS
+    found = [word.strip() for word in text.split(",")]
+    unknown = [word for word in found if word not in KNOBS]
+    if unknown:
+        raise typer.BadParameter(
+            f"--knobs {text}: {', '.join(map(repr, unknown))} is none; valid: {', '.join(KNOBS)}"
+        )
+    return found
+
+
+def _run(tasks: Sequence[Task], *, quiet: bool, name_failures: bool = True) -> dict[str, Outcome]:
+    """Run what a study needs, and name what failed, unless it is meant to; how each ended.
+
+    An interrupt ends the command.
+    """
+    from liggghts_driver.cli import show_sweep
+    from liggghts_driver.engine.find import find_engine
+    from liggghts_driver.engine.stop import Stop
+    from liggghts_driver.studies.tasks import run_tasks, unfinished
+
+    to_do = unfinished(tasks)
+    if to_do:
+        find_engine()  # one message instead of as many failures as there are runs
     stop = Stop(checkpoint_every_s=CHECKPOINT_EVERY_S)
-    with show_sweep.following(list(tasks.values()), 1, quiet=as_json) as listener:
-        outcomes = run_settings(tasks, stop, listener)
+    with show_sweep.following(to_do, 1, quiet=quiet) as listener:
+        outcomes = run_tasks(tasks, stop, listener)
     if stop.asked:
         typer.echo("interrupted; the same command goes on from there", err=True)
         raise typer.Exit(INTERRUPTED)
+    for name, outcome in outcomes.items():
+        if outcome.ending != "done" and name_failures:
+            typer.echo(f"{outcome.ending}: {name}: {outcome.reason}", err=True)
+    return outcomes
+
+
+@study.command()
+def exact(
+    out: Annotated[
+        Path, typer.Option("--out", help="Folder of the study and of its runs.")
+    ] = EXACT,
+    as_json: Json = False,
+) -> None:
+    """Problems whose exact answer is known: errors against costs, and their orders.
+
+    Exit code 0 only if every order is as expected.
+    """
+    from liggghts_driver.cli import show_exact
+    from liggghts_driver.studies.exact import measure, tasks_of
+    from liggghts_driver.studies.exact_problems import exact_problems
+    from liggghts_driver.studies.exact_report import write_results
+
+    problems = exact_problems()
+    outcomes = _run(tasks_of(problems, out / "runs"), quiet=as_json)
     failed = {name: o.reason for name, o in outcomes.items() if o.ending != "done"}
-    for name, reason in failed.items():
-        typer.echo(f"failed: {name}: {reason}", err=True)
-    results = write_results(checked, measure(checked, tasks), folder, sys.argv)
-    show_study.accuracy(results, folder, as_json=as_json)
-    if failed:
+    results = write_results(measure(problems, out / "runs"), failed, out, sys.argv)
+    show_exact.exact(results, out, as_json=as_json)
+    if results["bugs"] or failed:
+        raise typer.Exit(1)
+
+
+@study.command()
+def stability(
+    cases: Annotated[
+        Optional[list[str]],  # noqa: UP045
+        typer.Argument(metavar="[CASE]...", help="Names in cases/hard; default: all of them."),
+    ] = None,
+    quick: Annotated[bool, typer.Option("--quick", help="Those that take seconds alone.")] = False,
+    no_margin: Annotated[
+        bool, typer.Option("--no-margin", help="At their own settings alone, and without the map.")
+    ] = False,
+    out: Annotated[Path, typer.Option("--out", help="Folder of the study.")] = STABILITY,
+    runs: Annotated[
+        Optional[Path],  # noqa: UP045
+        typer.Option("--runs", help="Folder of its runs; default: runs in that of the study."),
+    ] = None,
+    as_json: Json = False,
+) -> None:
+    """Hard cases: what comes nearest to breaking in each, and how much larger a step may be.
+
+    Exit code 0 only if every case is as expected at its own settings.
+    """
+    from liggghts_driver.cli import show_stability
+    from liggghts_driver.studies.hard_cases import CASES, hard_cases
+    from liggghts_driver.studies.stability import study_stability
+    from liggghts_driver.studies.stability_map import run_map
+    from liggghts_driver.studies.stability_report import write_results
+
+    try:
+        chosen = hard_cases(cases, quick=quick)
+    except KeyError as unknown:
+        valid = ", ".join(case.name for case in CASES)
+        names = ", ".join(map(repr, unknown.args))
+        raise typer.BadParameter(f"{names}: no hard case; valid: {valid}") from None
+    folder = runs or out / "runs"
+    run = partial(_run, quiet=as_json, name_failures=False)
+    studied = study_stability(chosen, folder, run, margins=not no_margin)
+    points = [] if no_margin else run_map(folder, run)
+    results = write_results(studied, points, out, sys.argv)
+    show_stability.stability(results, out, as_json=as_json)
+    if results["broken"]:
         raise typer.Exit(1)

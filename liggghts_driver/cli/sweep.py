@@ -163,10 +163,8 @@ def _submit(plan: Plan, points: Sequence[Point], place: Place, *, wait: bool) ->
 @sweep.command()
 def status(place: SweepPlace, runs: Runs = RUNS, as_json: Json = False) -> None:
     """How many points are done, running, waiting, failed and why, or lost."""
-    from liggghts_driver.sweeps.plan import read_plan
-
     folder = folder_of(place)
-    _report(read_plan(folder), Place(folder, runs, as_json))
+    _report(_planned(folder), Place(folder, runs, as_json))
 
 
 @sweep.command()
@@ -175,10 +173,9 @@ def collect(place: SweepPlace, runs: Runs = RUNS, as_json: Json = False) -> None
     from liggghts_driver.cli import show_sweep
     from liggghts_driver.solve import load
     from liggghts_driver.sweeps.collect import collect as collect_results
-    from liggghts_driver.sweeps.plan import read_plan
 
     folder = folder_of(place)
-    collected = collect_results(read_plan(folder), folder, runs, sys.argv, write_report_of=load)
+    collected = collect_results(_planned(folder), folder, runs, sys.argv, write_report_of=load)
     show_sweep.collected(collected, folder, as_json=as_json)
 
 
@@ -239,6 +236,17 @@ def default_folder(file: Path) -> Path:
 def folder_of(place: Path) -> Path:
     """The folder of a sweep, given itself or by the sweep's file."""
     return default_folder(place) if place.suffix == ".toml" else place
+
+
+def _planned(folder: Path) -> Plan:
+    """The plan of a sweep, and a word where its file says something else by now."""
+    from liggghts_driver.sweeps.plan import has_changed, read_plan
+
+    plan = read_plan(folder)
+    if has_changed(plan):
+        words = "has changed since its points were planned; `sweep run` takes the change in"
+        typer.echo(f"note: {plan.file} {words}", err=True)
+    return plan
 
 
 def _queued(folder: Path, plan: Plan) -> dict[str, str]:

@@ -92,7 +92,7 @@ def speed_limit_m_s(case: Case) -> float:
     Raises
     ------
     SceneError
-        If the engine's rule vel_max < skin / (2 dt) leaves no room.
+        If the engine's rule vel_max < skin / (2 dt) leaves no room; the bounds on the step keep it.
     """
     assert case.scene.piston is not None
     reachable = case.speed_bound_m_s

@@ -6,7 +6,7 @@ import re
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Iterator, Sequence
     from pathlib import Path
 
     from liggghts_driver.rundir import RunDirectory
@@ -15,20 +15,31 @@ _LAST_LINES = 8
 _WIDEST_LINE = 200
 _HEAD_BYTES = 4_000_000
 _TAIL_BYTES = 1_000_000
+#: "Lost atoms: original 40 current 39", and what single processes say of it.
+_LOST = re.compile(r"\b(lost|missing)\b", re.IGNORECASE)
 
 
-def failure_message(run: RunDirectory, faults: list[str]) -> str:
-    """One message about a failed run; the folder stays as it is."""
+def failure_message(run: RunDirectory, faults: list[str], notes: Sequence[str] = ()) -> str:
+    """One message about a failed run, with what else is known of it; the folder stays as it is."""
     text = _read(run.stdout)
-    errors = [line.strip() for line in text.splitlines() if line.startswith("ERROR")]
+    errors = _errors(text)
     deck = _culprit(run, text) if errors else None
-    parts = [f"the run failed: {'; '.join(faults)}"]
+    parts = [f"the run failed: {'; '.join(faults)}", *(f"  {note}" for note in notes)]
     parts += [f"  the engine says: {line}" for line in errors[:3]]
     if deck is not None:
         parts.append(f"  at {deck[0]}, line {deck[1]}: {deck[2]}")
     parts += ["  its last lines:", *(f"    | {line}" for line in _tail(text))]
     parts.append(f"  everything is kept in {run.path} ({run.stdout.name}, {run.log.name})")
     return "\n".join(parts)
+
+
+def lost_spheres(run: RunDirectory) -> bool:
+    """Whether the engine ended because spheres had left its box."""
+    return any(_LOST.search(line) for line in _errors(_read(run.stdout)))
+
+
+def _errors(text: str) -> list[str]:
+    return [line.strip() for line in text.splitlines() if line.startswith("ERROR")]
 
 
 def _culprit(run: RunDirectory, output: str) -> tuple[str, int, str] | None:

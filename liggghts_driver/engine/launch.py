@@ -31,11 +31,16 @@ _LONGEST_ROW_BYTES = 256
 
 @dataclass(frozen=True)
 class Launch:
-    """How a launch ended."""
+    """How a launch ended.
+
+    ``cpu_s`` is the processor time of the command and of all that it started, which says what a
+    run costs also on a machine that does other things at the same time.
+    """
 
     command: tuple[str, ...]
     returncode: int
     wall_s: float
+    cpu_s: float
 
 
 def launch(
@@ -45,6 +50,7 @@ def launch(
     on_step: Callable[[int], None] = lambda _step: None,
     stop: Stop | None = None,
     ask: Callable[[], None] = lambda: None,
+    look: Callable[[], None] = lambda: None,
 ) -> Launch:
     """Run a command in a folder until it ends, copying what it prints to a file.
 
@@ -62,6 +68,8 @@ def launch(
         The wish to end, which Ctrl-C and the signals of a batch system express too.
     ask
         Asks the command to end by itself, once, when that is wished for.
+    look
+        Called now and then while the command runs. What it raises ends the command at once.
 
     Raises
     ------
@@ -70,6 +78,12 @@ def launch(
     """
     start = time.perf_counter()
     wish = stop or Stop()
+    watch = wish.watch(ask)
+
+    def look_around() -> None:
+        watch()
+        look()
+
     process = subprocess.Popen(
         command,
         cwd=folder,
@@ -81,12 +95,19 @@ def launch(
     )
     try:
         with signals_as_wishes(wish):
-            _copy(process, stdout, on_step, wish.watch(ask))
-            returncode = process.wait()
+            _copy(process, stdout, on_step, look_around)
+            cpu_s = _wait(process)
     except BaseException:
         end_group(process)
         raise
-    return Launch(tuple(command), returncode, time.perf_counter() - start)
+    return Launch(tuple(command), process.returncode, time.perf_counter() - start, cpu_s)
+
+
+def _wait(process: subprocess.Popen[bytes]) -> float:
+    """Wait for the end as ``Popen.wait`` does, and return the processor time that it took."""
+    _, status, usage = os.wait4(process.pid, 0)
+    process.returncode = os.waitstatus_to_exitcode(status)
+    return usage.ru_utime + usage.ru_stime
 
 
 def _copy(

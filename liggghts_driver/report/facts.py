@@ -86,6 +86,7 @@ def _cost(cost: Mapping[str, Any]) -> list[tuple[str, str]]:
     ranks = "1 process" if cost["ranks"] == 1 else f"{number(cost['ranks'])} processes"
     return [
         ("Wall time of the engine", f"{quantity(cost['wall_s'], 's')} on {ranks}"),
+        *((("Processor time of it", quantity(cost["cpu_s"], "s")),) if cost["cpu_s"] else ()),
         ("Particle steps per second", number(cost["particle_steps_per_s"])),
         *(
             (_PARTS.get(part, part), quantity(seconds, "s"))

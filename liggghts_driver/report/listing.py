@@ -14,8 +14,12 @@ if TYPE_CHECKING:
 
 
 def scene_listing(scene: Scene) -> str:
-    """A scene as TOML; what it leaves out is left out here."""
-    return "\n".join(_table(scene, "")).strip() + "\n"
+    """A scene as TOML; what it leaves out is left out here.
+
+    So is the accuracy that it asked for: the settings that it came to are listed.
+    """
+    written_out = scene.model_copy(update={"accuracy": None})
+    return "\n".join(_table(written_out, "")).strip() + "\n"
 
 
 def _table(table: BaseModel, name: str) -> Iterator[str]:

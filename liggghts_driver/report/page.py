@@ -41,6 +41,10 @@ _HEADLINES = {
 }
 
 
+def _capital(sentence: str) -> str:
+    return sentence[:1].upper() + sentence[1:]
+
+
 def render_page(
     case: Case,
     answer: Answer,
@@ -68,6 +72,7 @@ def render_page(
         .render(
             headline=_HEADLINES[answer.verdict],
             results=results,
+            accuracy=[_capital(each) for each in results["accuracy"].get("sentences", ())],
             comparison=comparison_rows(results),
             steadiness=steadiness(results),
             exact=exact_rows(results),

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from liggghts_driver import __version__
+from liggghts_driver.accuracy import accuracy_facts
 from liggghts_driver.effects import active_effects
 from liggghts_driver.flowing import flowing_threshold_m_s
 from liggghts_driver.prediction import NoDarcyError, predict
@@ -64,6 +65,7 @@ def analyse(run: FinishedRun) -> Answer:
         "reasons": list(verdict.reasons),
         "notes": _notes(case, velocity),
         "title": case.scene.title,
+        "accuracy": accuracy_facts(case.identity),
         "counts": {
             "asked": case.population.asked,
             "placed": case.population.particles,
@@ -176,6 +178,7 @@ def _cost(run: FinishedRun) -> dict[str, Any]:
     particles, steps = run.case.population.particles, run.case.time.steps
     return {
         "wall_s": run.wall_s,
+        "cpu_s": run.cpu_s,
         "steps": steps,
         "particles": particles,
         "ranks": run.ranks,

@@ -5,18 +5,18 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-import numpy as np
 import pandas as pd
-from scipy.spatial import cKDTree
 
 from liggghts_driver.deck.build import FRAME_COLUMNS
 from liggghts_driver.errors import ParseError
 from liggghts_driver.results.binarydump import iter_binary_frames
+from liggghts_driver.results.contacts import contacts_at, largest_over_radius
 from liggghts_driver.results.series import read_run_series
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
+    import numpy as np
     from numpy.typing import NDArray
 
     from liggghts_driver.case import Case
@@ -71,11 +71,9 @@ def largest_overlap_over_radius(run: RunDirectory, case: Case) -> float:
     worst = 0.0
     piston = _piston_places(run, case)
     for instant in iter_instants(run):
-        x = instant.positions_m
-        worst = max(worst, _pairs(x, case), _grains(x, case), _walls(x, case))
-        if case.scene.piston is not None:
-            radii = case.population.particle_radii_m
-            worst = max(worst, _depth(x[:, 0] - piston[instant.step], radii))
+        place = piston[instant.step] if case.scene.piston is not None else None
+        contacts = contacts_at(instant.positions_m, case, piston_x_m=place)
+        worst = max(worst, largest_over_radius(contacts))
     return worst
 
 
@@ -86,46 +84,3 @@ def _piston_places(run: RunDirectory, case: Case) -> dict[int, float]:
         series = read_run_series(run)
         places |= dict(zip(series["step"].tolist(), series["piston_x_m"].tolist(), strict=True))
     return places
-
-
-def _depth(gaps: NDArray[np.float64], radii: NDArray[np.float64]) -> float:
-    """Largest overlap with a plane at that distance from the centres, over the radius."""
-    return float(((radii - gaps) / radii).max(initial=0.0))
-
-
-def _pairs(positions: NDArray[np.float64], case: Case) -> float:
-    radii = case.population.particle_radii_m
-    if len(radii) < 2:
-        return 0.0
-    pairs = cKDTree(positions).query_pairs(2.0 * float(radii.max()), output_type="ndarray")
-    i, j = pairs[:, 0], pairs[:, 1]
-    overlap = radii[i] + radii[j] - np.linalg.norm(positions[i] - positions[j], axis=1)
-    return float((overlap / np.minimum(radii[i], radii[j])).max(initial=0.0))
-
-
-def _grains(positions: NDArray[np.float64], case: Case) -> float:
-    population = case.population
-    if not population.grains or not population.particles:
-        return 0.0
-    radii = population.particle_radii_m
-    centres = population.centres_m[population.particles :]
-    sizes = population.radii_m[population.particles :]
-    near = cKDTree(positions).query_ball_point(centres, sizes + float(radii.max()))
-    grain = np.repeat(np.arange(len(near)), [len(found) for found in near])
-    particle = np.concatenate([np.array(found, dtype=np.int64) for found in near])
-    distance = np.linalg.norm(positions[particle] - centres[grain], axis=1)
-    overlap = radii[particle] + sizes[grain] - distance
-    return float((overlap / np.minimum(radii[particle], sizes[grain])).max(initial=0.0))
-
-
-def _walls(positions: NDArray[np.float64], case: Case) -> float:
-    radii = case.population.particle_radii_m
-    worst = 0.0
-    for face in case.layout.walls:
-        axis = "xyz".index(face[0])
-        if face[1] == "-":
-            gap = positions[:, axis] - case.layout.low[axis]
-        else:
-            gap = case.layout.high[axis] - positions[:, axis]
-        worst = max(worst, _depth(gap, radii))
-    return worst

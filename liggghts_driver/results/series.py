@@ -70,6 +70,10 @@ def _numbers(line: str, names: list[str], where: str) -> list[float]:
     return numbers
 
 
+#: Columns that hold the largest of all particles; of none the engine's is its smallest number.
+_LARGEST = ("largest_speed_m_s", "largest_reynolds_squared")
+
+
 def complete_series(raw: pd.DataFrame, case: Case) -> pd.DataFrame:
     """The series of a case in our columns, each with its unit.
 
@@ -77,6 +81,8 @@ def complete_series(raw: pd.DataFrame, case: Case) -> pd.DataFrame:
     ``volume_<section>_m3`` (volume that has passed a section since the start),
     ``flowing_velocity_m_s`` (nan while nothing flows) and ``largest_reynolds``.
     """
+    if not case.population.particles:
+        raw = raw.assign(**{name: 0.0 for name in _LARGEST if name in raw})
     table = pd.concat([_start(raw, case), raw], ignore_index=True)
     table.insert(1, "time_s", table["step"] * case.time.step_s)
     for name in case.layout.sections:

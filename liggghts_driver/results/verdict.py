@@ -10,6 +10,7 @@ import numpy as np
 
 from liggghts_driver.effects.drag_law import reynolds_bound
 from liggghts_driver.effects.piston import speed_limit_m_s
+from liggghts_driver.results.energy import energy_budget
 from liggghts_driver.timestep import contact_bounds
 
 if TYPE_CHECKING:
@@ -97,6 +98,7 @@ def _faults(case: Case, series: pd.DataFrame) -> Iterator[str]:
         yield f"not a number in: {', '.join(broken)}"
         return
     yield from _contact_step(case, series)
+    yield from _energy(case, series)
     yield from _reynolds(case, series)
     yield from _piston(case, series)
 
@@ -105,13 +107,24 @@ def _contact_step(case: Case, series: pd.DataFrame) -> Iterator[str]:
     fastest = float(series["largest_speed_m_s"].max())
     if fastest <= case.speed_bound_m_s:
         return
-    bounds = contact_bounds(case.scene, case.layout, case.population, fastest)
-    limit = min((bound.step_s for bound in bounds), default=math.inf)
+    limit = contact_step_limit_s(case, fastest)
     if case.time.step_s > limit:
         yield (
             f"a particle reached {fastest:.3g} m/s, {case.speed_bound_m_s:.3g} were expected: at "
             f"that speed the step must be at most {limit:.3g} s, it was {case.time.step_s:.3g} s"
         )
+
+
+def contact_step_limit_s(case: Case, speed_m_s: float) -> float:
+    """The longest step that resolves contacts at some speed; infinite where nothing can touch."""
+    bounds = contact_bounds(case.scene, case.layout, case.population, speed_m_s)
+    return min((bound.step_s for bound in bounds), default=math.inf)
+
+
+def _energy(case: Case, series: pd.DataFrame) -> Iterator[str]:
+    budget, most = energy_budget(case), float(series["kinetic_energy_j"].max())
+    if budget is not None and most > budget.limit_j:
+        yield f"the particles' kinetic energy reached {most:.3g} J; the limit is {budget}"
 
 
 def _reynolds(case: Case, series: pd.DataFrame) -> Iterator[str]:

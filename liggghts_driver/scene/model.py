@@ -11,6 +11,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import AfterValidator, BaseModel
 
+from liggghts_driver.scene.accuracy import MEANING, AccuracyKey
 from liggghts_driver.scene.fields import (
     Face,
     FrozenDict,
@@ -276,6 +277,7 @@ class Scene(Table):
 
     title: Line = key("", "one line for the reports", "")
     seed: Whole = key("", "root of all random numbers", 1, ge=0)
+    accuracy: AccuracyKey = key("", MEANING, None)
     particles: Particles
     spheres: tuple[Sphere, ...] = key("", "single spheres at given places", ())
     grains: Grains | None = None

@@ -6,6 +6,7 @@ import difflib
 import importlib
 import json
 import re
+import shlex
 import tomllib
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -40,10 +41,26 @@ def read_scene(path: str | Path, overrides: Sequence[str] = ()) -> Scene:
         With every mistake of the file and the overrides in one message.
     """
     source = Path(path)
+    return make_scene(_overridden(source, overrides), source.name, arguments_of(path, overrides))
+
+
+def read_problem(path: str | Path, overrides: Sequence[str] = ()) -> Scene:
+    """Read a scene as `read_scene` does, but for the accuracy that it asks for.
+
+    A study that is to tell how accurate settings are cannot begin with those that it will choose.
+    """
+    source = Path(path)
+    data = _overridden(source, overrides)
+    data.pop("accuracy", None)
+    return make_scene(data, source.name)
+
+
+def _overridden(source: Path, overrides: Sequence[str]) -> dict[str, Any]:
+    """The tables of a file with overrides applied, unchecked unless an override is no override."""
     data = load_tables(source)
     unreadable = [f"  - {fault}" for text in overrides if (fault := apply_override(data, text))]
     if not unreadable:
-        return make_scene(data, source.name)
+        return data
     messages = [f"{source.name}: overrides that cannot be understood", *unreadable]
     try:
         make_scene(data, source.name)
@@ -52,14 +69,45 @@ def read_scene(path: str | Path, overrides: Sequence[str] = ()) -> Scene:
     raise SceneError("\n".join(messages))
 
 
-def make_scene(data: Mapping[str, Any], source: str = "scene") -> Scene:
+def arguments_of(path: str | Path, overrides: Sequence[str]) -> str:
+    """What a command line calls the problem of a scene: its file, and overrides but of accuracy."""
+    kept = [text for text in overrides if not re.match(r"\s*accuracy\b", text)]
+    return shlex.join([str(path), *(word for text in kept for word in ("--set", text))])
+
+
+def make_scene(data: Mapping[str, Any], source: str = "scene", arguments: str = "SCENE") -> Scene:
     """Make a scene from plain tables, as `tomllib` gives them.
+
+    A scene that asks for an accuracy is given the settings that meet it, as if they stood in its
+    tables; it keeps what it was given explicitly.
+
+    Parameters
+    ----------
+    data
+        The tables.
+    source
+        What messages call them.
+    arguments
+        What the command line calls the scene, for messages that tell which command to run.
 
     Raises
     ------
     SceneError
         Naming every mistake: key, value, bound and what to do.
     """
+    scene = _checked(data, source)
+    if scene.accuracy is None or scene.accuracy.is_settled:
+        return scene
+    # Studies come after the scene in the package, hence by name.
+    accuracy = importlib.import_module("liggghts_driver.accuracy")
+    settled: dict[str, Any] | Mistake = accuracy.settle(scene, arguments)
+    if isinstance(settled, Mistake):
+        raise SceneError(_message(source, [settled]))
+    return _checked(settled, source)
+
+
+def _checked(data: Mapping[str, Any], source: str) -> Scene:
+    """The scene of tables as they are."""
     try:
         scene = Scene.model_validate(data)
     except ValidationError as error:

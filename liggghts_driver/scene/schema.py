@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
+from pydantic import WithJsonSchema
 from pydantic_core import PydanticUndefined
 
 from liggghts_driver.scene.model import Scene, table_class
@@ -39,7 +40,9 @@ def scene_reference() -> str:
 
 
 def _table_of(field: FieldInfo) -> type[BaseModel] | None:
-    return table_class(field.annotation)
+    """The table that a file writes for a key; none where it writes a plain value instead."""
+    plain = any(isinstance(each, WithJsonSchema) for each in field.metadata)
+    return None if plain else table_class(field.annotation)
 
 
 def _section(heading: str, fields: dict[str, FieldInfo], text: str = "") -> str:

@@ -3,28 +3,26 @@
 from __future__ import annotations
 
 import json
+import math
 from dataclasses import dataclass
-from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
 import pandas as pd
 
 from liggghts_driver.errors import SceneError
-from liggghts_driver.rundir import RunDirectory, scene_hash
+from liggghts_driver.rundir import RunDirectory
 from liggghts_driver.scene.layout import layout
-from liggghts_driver.studies.knobs import REFERENCE, Setting, settings_of
+from liggghts_driver.studies.knobs import REFERENCE, Setting
 from liggghts_driver.studies.paired import Change, paired_change
-from liggghts_driver.sweeps.local import cores_here, run_local
-from liggghts_driver.sweeps.task import Listener, Task
+from liggghts_driver.studies.tasks import core_s
+from liggghts_driver.sweeps.work import is_done
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
-    from pathlib import Path
 
-    from liggghts_driver.engine.stop import Stop
     from liggghts_driver.scene.model import Scene
-    from liggghts_driver.sweeps.task import Outcome
+    from liggghts_driver.sweeps.task import Task
 
 #: Windows after half of the run, as shares of the whole: a run could end with them.
 _WINDOWS = (0.125, 0.25)
@@ -52,17 +50,37 @@ class Measured:
 
 @dataclass(frozen=True)
 class Judged:
-    """A setting beside the reference: cost over its cost, and errors by name."""
+    """A setting beside the reference.
+
+    Attributes
+    ----------
+    cost
+        Its core time over the reference's, the median over the seeds.
+    core_s_per_s
+        Its core time for a simulated second, the median over the seeds.
+    errors
+        Relative errors by name, means over the seeds.
+    overlap_over_radius
+        The largest of all seeds.
+    """
 
     setting: Setting
     cost: float
+    core_s_per_s: float
     errors: Mapping[str, Change]
     overlap_over_radius: float
 
-    def worst(self, names: Sequence[str]) -> float:
-        """The largest of some errors, each the mean over the seeds; of those that are known."""
-        known = [abs(self.errors[name].mean) for name in names if name in self.errors]
-        return max(known, default=float("inf"))
+    def reach(self, name: str) -> float:
+        """How far the interval of an error reaches from zero; infinite where it is not known."""
+        change = self.errors.get(name)
+        if change is None or change.ci95 is None:
+            return math.inf
+        return abs(change.mean) + change.ci95
+
+    def is_below_noise(self, name: str) -> bool:
+        """Whether an error cannot be told from none; with one replicate none can."""
+        change = self.errors[name]
+        return change.ci95 is None or abs(change.mean) <= change.ci95
 
 
 def require_flow(scene: Scene) -> None:
@@ -79,34 +97,13 @@ def require_flow(scene: Scene) -> None:
         )
 
 
-def tasks_of(scene: Scene, seeds: Sequence[int], runs: Path) -> dict[tuple[Setting, int], Task]:
-    """Every setting in turn for one seed, then for the next: a machine that drifts favours none."""
-    found = {}
-    settings = settings_of(scene)
-    for seed in seeds:
-        for setting in settings:
-            wanted = setting.scene(scene, seed)
-            folder = runs / scene_hash(wanted)[:16]
-            name = f"{setting.title}, seed {seed}"
-            found[setting, seed] = Task(name, partial(_same, wanted), folder)
-    return found
-
-
-def run_settings(
-    tasks: Mapping[tuple[Setting, int], Task], stop: Stop, listener: Listener | None = None
-) -> dict[str, Outcome]:
-    """Run all tasks one after another on one core, so that their times can be compared."""
-    return run_local(list(tasks.values()), stop, listener=listener, cores=cores_here()[:1])
-
-
 def measure(scene: Scene, tasks: Mapping[tuple[Setting, int], Task]) -> list[Measured]:
     """What the finished runs say; windows of the reference's own runs among it."""
     found: list[Measured] = []
     for (setting, seed), task in tasks.items():
-        run = RunDirectory(task.folder)
-        if run.read_state()["state"] != "complete" or not run.results.exists():
-            continue
-        found += _measured(setting.scene(scene, seed), setting, seed, run)
+        if is_done(task.folder):
+            run = RunDirectory(task.folder)
+            found += _measured(setting.scene(scene, seed), setting, seed, run)
     return found
 
 
@@ -120,7 +117,8 @@ def judge(measured: Sequence[Measured]) -> list[Judged]:
 
 def noise(measured: Sequence[Measured], name: str) -> float:
     """Half the 95 % interval of the reference's mean over its seeds, over the mean."""
-    values = {m.seed: m.numbers[name] for m in measured if m.setting is REFERENCE}
+    own = [m for m in measured if m.setting is REFERENCE and name in m.numbers]
+    values = {m.seed: m.numbers[name] for m in own}
     if len(values) < 2:
         return float("nan")
     mean = float(np.mean(list(values.values())))
@@ -128,30 +126,24 @@ def noise(measured: Sequence[Measured], name: str) -> float:
     return change.ci95 if change and change.ci95 is not None else float("nan")
 
 
-def cheapest_within(judged: Sequence[Judged], names: Sequence[str], error: float) -> Judged | None:
-    """The cheapest setting whose mean errors are all within a bound."""
-    held = [j for j in judged if j.worst(names) <= error]
-    return min(held, key=lambda j: j.cost, default=None)
-
-
 def pareto(judged: Sequence[Judged], name: str) -> list[Judged]:
-    """Settings that nothing cheaper beats, from the cheapest on."""
+    """Settings that nothing cheaper beats, from the cheapest on, by how far their errors reach.
+
+    By the errors alone the front would be made of those that chance favoured. What has no interval
+    is not in it.
+    """
     front: list[Judged] = []
     for each in sorted(judged, key=lambda j: j.cost):
-        error = abs(each.errors[name].mean)
-        if not front or error < abs(front[-1].errors[name].mean):
+        reach = each.reach(name)
+        if reach < (front[-1].reach(name) if front else math.inf):
             front.append(each)
     return front
-
-
-def _same(scene: Scene) -> Scene:
-    return scene
 
 
 def _measured(scene: Scene, setting: Setting, seed: int, run: RunDirectory) -> Iterator[Measured]:
     results = json.loads(run.results.read_text(encoding="utf-8"))
     series = pd.read_csv(run.series)
-    cost = results["cost"]["wall_s"] * results["cost"]["ranks"] / float(series["time_s"].iloc[-1])
+    cost = core_s(results["cost"]) / float(series["time_s"].iloc[-1])
     values = _values(scene, series) | {"overlap": results["max_overlap_over_radius"]}
     yield Measured(setting, seed, values, cost)
     if setting is REFERENCE:
@@ -193,4 +185,7 @@ def _judged(own: Sequence[Measured], reference: Mapping[int, Measured]) -> Judge
             errors[name] = change
     ratios = [m.core_s_per_s / reference[m.seed].core_s_per_s for m in pairs]
     overlap = max(m.numbers.get("overlap", 0.0) for m in own)
-    return Judged(own[0].setting, float(np.median(ratios)), errors, overlap)
+    times = [m.core_s_per_s for m in own]
+    return Judged(
+        own[0].setting, float(np.median(ratios)), float(np.median(times)), errors, overlap
+    )

@@ -23,13 +23,16 @@ from liggghts_driver.report.style import (
 from liggghts_driver.studies.accuracy import pareto
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Mapping, Sequence
 
+    from matplotlib.artist import Artist
+    from matplotlib.axes import Axes
+    from matplotlib.axis import Axis
     from matplotlib.figure import Figure
 
     from liggghts_driver.studies.accuracy import Judged
 
-_HEIGHT_IN = 4.6
+_HEIGHT_IN, _LEGEND_IN = 3.2, 1.2
 #: Colour and marker of each knob, told apart without colour too.
 _MARKS = {
     "step": (BLUE, "o"),
@@ -41,75 +44,101 @@ _MARKS = {
 }
 _TITLES = {
     "step": "time step",
-    "drag": "drag refreshed less",
+    "drag": "drag kept longer, implicit",
     "stiffness": "softer contacts",
     "section": "smaller section",
     "window": "shorter average",
     "together": "several together",
 }
+_FRONT = "known to hold (95 %), the cheapest"
+_NOISE = "spread of the packings' mean (95 %)"
+_HOLLOW = "hollow: not told from none"
 #: Errors below this are drawn there: a logarithm has no place for zero.
 _LEAST = 1e-4
 
 
-def draw_accuracy(judged: Sequence[Judged], name: str, title: str, noise: float) -> bytes:
-    """A PNG: relative error of one quantity over the cost, on logarithmic axes.
+def draw_accuracy(
+    judged: Sequence[Judged], panels: Mapping[str, str], noises: Mapping[str, float]
+) -> bytes:
+    """A PNG: relative errors over the cost, on logarithmic axes, a panel for each quantity.
 
     Parameters
     ----------
     judged
         Every setting; the reference itself is left out.
-    name, title
-        The quantity, and what people call it.
-    noise
+    panels
+        Each quantity, and what people call it.
+    noises
         Half the 95 % interval of the reference itself, over its mean; nan where it is not known.
     """
-    return draw(partial(paint_accuracy, judged, name, title, noise), _HEIGHT_IN)
+    height = _HEIGHT_IN * len(panels) + _LEGEND_IN
+    return draw(partial(paint_accuracy, judged, panels, noises), height)
 
 
 def paint_accuracy(
-    judged: Sequence[Judged], name: str, title: str, noise: float, figure: Figure
+    judged: Sequence[Judged],
+    panels: Mapping[str, str],
+    noises: Mapping[str, float],
+    figure: Figure,
 ) -> None:
     """Points with their intervals, the noise shaded below, the front of the best as a line."""
-    axes = figure.subplots()
+    grid = figure.subplots(len(panels), 1, sharex=True, squeeze=False)[:, 0]
+    for axes, (name, title) in zip(grid, panels.items(), strict=True):
+        shown = [j for j in judged if j.setting.knob in _MARKS and name in j.errors]
+        _paint(axes, shown, name, noises[name])
+        axes.set_ylabel(f"error of the\n{title}")
+    grid[-1].set_xlabel("core time / core time of the reference")
+    _tick(grid[-1].xaxis, grid[-1].get_xlim())
+    _legend(figure, list(grid))
+
+
+def _legend(figure: Figure, grid: Sequence[Axes]) -> None:
+    """Each thing once, whatever panels it is in."""
+    found: dict[str, Artist] = {}
+    for axes in grid:
+        handles, labels = axes.get_legend_handles_labels()
+        found |= dict(zip(labels, handles, strict=True))
+    labels = [label for label in (*_TITLES.values(), _FRONT, _NOISE, _HOLLOW) if label in found]
+    handles = [found[label] for label in labels]
+    figure.legend(handles, labels, loc="outside upper center", ncols=2, frameon=False)
+
+
+def _paint(axes: Axes, shown: Sequence[Judged], name: str, noise: float) -> None:
+    """One quantity."""
     axes.set(xscale="log", yscale="log")
-    axes.set_xlabel("core time / core time of the reference")
-    axes.set_ylabel(f"error of the {title} [%]")
-    shown = [j for j in judged if j.setting.knob in _MARKS and name in j.errors]
-    for knob, (colour, marker) in _MARKS.items():
-        own = [j for j in shown if j.setting.knob == knob]
-        for n, each in enumerate(own):
-            error = 100.0 * max(abs(each.errors[name].mean), _LEAST)
-            half = 100.0 * (each.errors[name].ci95 or 0.0)
-            low = max(error - half, 100.0 * _LEAST)
-            axes.errorbar(
-                each.cost,
-                error,
-                yerr=[[error - low], [half]],
-                color=colour,
-                marker=marker,
-                markersize=9 if marker == "*" else 6,
-                linewidth=1.0,
-                capsize=2,
-                label=_TITLES[knob] if n == 0 else None,
-            )
-    front = pareto(shown, name)
-    places = _places(front, name)
-    axes.plot(
-        *zip(*places, strict=True), color=GREY, linewidth=1.5, zorder=0, label="best there is"
-    )
+    places = [(j.cost, 100.0 * max(abs(j.errors[name].mean), _LEAST)) for j in shown]
     # An interval that reaches zero has no end on this axis.
-    bottom = 0.3 * min(error for _, error in _places(shown, name))
+    bottom = 0.5 * min((error for _, error in places), default=1.0)
+    for each, (cost, error) in zip(shown, places, strict=True):
+        colour, marker = _MARKS[each.setting.knob]
+        half = 100.0 * (each.errors[name].ci95 or 0.0)
+        low = max(error - half, bottom)
+        hollow = each.is_below_noise(name)
+        axes.errorbar(
+            cost,
+            error,
+            yerr=[[error - low], [half]],
+            color=colour,
+            marker=marker,
+            markersize=9 if marker == "*" else 6,
+            markerfacecolor="white" if hollow else colour,
+            linewidth=0.8,
+            capsize=2,
+            label=_TITLES[each.setting.knob],
+        )
+    axes.plot([], [], "o", color=GREY, markerfacecolor="white", label=_HOLLOW)
+    front = pareto(shown, name)
+    if front:
+        reaches = [100.0 * j.reach(name) for j in front]
+        axes.step([j.cost for j in front], reaches, where="post", color=GREY, label=_FRONT)
     if math.isfinite(noise):
-        axes.axhspan(bottom, 100.0 * noise, color=GREY, alpha=0.2, linewidth=0, label="packings")
+        axes.axhspan(bottom, 100.0 * noise, color=GREY, alpha=0.2, linewidth=0, label=_NOISE)
     axes.set_ylim(bottom=bottom)
-    for axis, limits in ((axes.xaxis, axes.get_xlim()), (axes.yaxis, axes.get_ylim())):
-        ticks = log_ticks(*limits)
-        axis.set_major_locator(FixedLocator(ticks))
-        axis.set_major_formatter(FixedFormatter([number(tick, 1) for tick in ticks]))
-        axis.set_minor_locator(NullLocator())
-    figure.legend(loc="outside upper center", ncols=2, frameon=False)
+    _tick(axes.yaxis, axes.get_ylim())
 
 
-def _places(judged: Sequence[Judged], name: str) -> list[tuple[float, float]]:
-    """Cost and error in per cent of each."""
-    return [(j.cost, 100.0 * max(abs(j.errors[name].mean), _LEAST)) for j in judged]
+def _tick(axis: Axis, limits: tuple[float, float]) -> None:
+    ticks = log_ticks(*limits)
+    axis.set_major_locator(FixedLocator(ticks))
+    axis.set_major_formatter(FixedFormatter([number(tick, 1) for tick in ticks]))
+    axis.set_minor_locator(NullLocator())

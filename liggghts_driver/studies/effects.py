@@ -13,14 +13,13 @@ from liggghts_driver import __version__
 from liggghts_driver.effects import active_effects
 from liggghts_driver.prepare import prepare
 from liggghts_driver.results.plain import plain
-from liggghts_driver.rundir import scene_hash, templates_hash, write_text
-from liggghts_driver.solve import default_directory, solve
+from liggghts_driver.rundir import scene_hash, templates_hash, write_bytes, write_text
+from liggghts_driver.solve import default_directory
 from liggghts_driver.studies.figure import draw_effects
 from liggghts_driver.studies.observables import main_observable, title_of, unit_of
 from liggghts_driver.studies.paired import paired_change, paired_ratio
-from liggghts_driver.studies.replicates import Listener, run_in_turn
 from liggghts_driver.studies.table import table_of
-from liggghts_driver.studies.variants import BASE, variants_of
+from liggghts_driver.studies.variants import BASE, WHOLE, variants_of
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -28,7 +27,7 @@ if TYPE_CHECKING:
 
     from liggghts_driver.case import Case
     from liggghts_driver.scene.model import Scene
-    from liggghts_driver.studies.replicates import Run, Solve
+    from liggghts_driver.studies.measured import Run
     from liggghts_driver.studies.variants import Variant
 
 _Table = dict[str, Any] | None
@@ -39,28 +38,32 @@ def study_directory(scene: Scene, name: str) -> Path:
     return default_directory(scene, f"study-effects-{name}")
 
 
-def study_effects(
-    scene: Scene,
-    out: Path,
-    replicates: int = 3,
-    listener: Listener | None = None,
-    run: Solve = solve,
-    command: Sequence[str] = (),
+def whole_case(scene: Scene) -> Case:
+    """The case of the whole scene, which estimates go by.
+
+    Raises
+    ------
+    SceneError, PackingError
+        If it cannot be run: then there is nothing to compare with.
+    """
+    return prepare(WHOLE.scene(scene, scene.seed))
+
+
+def write_results(
+    scene: Scene, case: Case, runs: Sequence[Run], out: Path, command: Sequence[str] = ()
 ) -> dict[str, Any]:
-    """Run a scene whole and with each of its effects left out, and compare.
+    """Compare a scene whole and with each of its effects left out, and keep what comes out.
 
     Parameters
     ----------
     scene
-        What to study.
+        What was studied.
+    case
+        The whole of it, see ``whole_case``.
+    runs
+        Of every variant with every seed.
     out
-        Folder of the study; what is finished there is reused, so that a study can be resumed.
-    replicates
-        Number of seeds, from the scene's own on; the same for every variant.
-    listener
-        Is told of each run.
-    run
-        What runs a scene.
+        Folder of the study.
     command
         The command line, for the record.
 
@@ -68,34 +71,31 @@ def study_effects(
     -------
     What ``effects.json`` holds; ``effects.csv`` and, where there is anything to compare,
     ``effects.png`` are written beside it.
-
-    Raises
-    ------
-    SceneError, PackingError
-        If the whole scene cannot be run.
-    RunFolderError
-        If a folder holds something else.
-    EngineNotFoundError
-        If no run can be.
     """
-    variants = variants_of(scene)
-    case = prepare(variants[0].scene(scene, scene.seed))
-    seeds = [scene.seed + number for number in range(replicates)]
-    runs = run_in_turn(scene, variants, seeds, out, run, listener or Listener())
-    results = plain(
-        {
-            "study": "effects",
-            "title": scene.title,
-            "main_observable": main_observable(scene),
-            "seeds": seeds,
-            "notes": _notes(scene, replicates),
-            "variants": [_summary(variant, case, runs) for variant in variants],
-            "runs": [_row(run) for run in runs],
-            "provenance": _provenance(scene, runs, command),
-        }
-    )
-    _write(results, out)
-    return dict(results)
+    results = results_of(scene, case, runs, command)
+    write_text(out / "effects.json", json.dumps(results, indent=2, allow_nan=False) + "\n")
+    write_text(out / "effects.csv", table_of(results).to_csv(index=False))
+    if len(results["variants"]) > 1:
+        write_bytes(out / "effects.png", draw_effects(results))
+    return results
+
+
+def results_of(
+    scene: Scene, case: Case, runs: Sequence[Run], command: Sequence[str] = ()
+) -> dict[str, Any]:
+    """Everything that the study found, as ``effects.json`` holds it."""
+    seeds = list(dict.fromkeys(run.seed for run in runs))
+    results = {
+        "study": "effects",
+        "title": scene.title,
+        "main_observable": main_observable(scene),
+        "seeds": seeds,
+        "notes": _notes(scene, len(seeds)),
+        "variants": [_summary(variant, case, runs) for variant in variants_of(scene)],
+        "runs": [_row(run) for run in runs],
+        "provenance": _provenance(scene, runs, command),
+    }
+    return dict(plain(results))
 
 
 def _notes(scene: Scene, replicates: int) -> list[str]:
@@ -200,10 +200,3 @@ def _provenance(scene: Scene, runs: Sequence[Run], command: Sequence[str]) -> di
         "python": platform.python_version(),
         "host": platform.node(),
     }
-
-
-def _write(results: dict[str, Any], out: Path) -> None:
-    write_text(out / "effects.json", json.dumps(results, indent=2, allow_nan=False) + "\n")
-    write_text(out / "effects.csv", table_of(results).to_csv(index=False))
-    if len(results["variants"]) > 1:
-        (out / "effects.png").write_bytes(draw_effects(results))

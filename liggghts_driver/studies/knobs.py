@@ -6,6 +6,7 @@ import math
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
+from liggghts_driver.accuracy import FINEST
 from liggghts_driver.scene.layout import layout, particle_count
 from liggghts_driver.sweeps.draft import scene_with
 
@@ -14,21 +15,16 @@ if TYPE_CHECKING:
 
     from liggghts_driver.scene.model import Scene
 
-#: The finest settings that a study can afford: half of Eq. 21's step, contacts as stiff as the
-#: scene says, and a drag kept for intervals that err by a thousandth at most.
-FINEST: Mapping[str, Any] = {
-    "time.step_fraction": 0.05,
-    "drag.tolerance": 0.001,
-    "contact.stiffness_scale": 1.0,
-}
-_STEP_FRACTIONS = (0.1, 0.2, 0.4)
-_TOLERANCES = (0.005, 0.02, 0.08)
+_STEP_FRACTIONS = (0.1, 0.2, 0.4, 0.8)
+#: Of a drag kept until its error may be this: coarser than what other bounds allow.
+_TOLERANCE = 0.02
 _SCALES = (0.1, 0.01, 0.001)
 #: Shares of the cross-section.
 _SECTIONS = (0.5, 0.25)
-#: Several knobs at once: step fraction, tolerance, scale, share of the cross-section.
-_TOGETHER = ((0.1, 0.005, 0.1, 1.0), (0.2, 0.02, 0.1, 1.0), (0.2, 0.02, 0.01, 1.0),
-             (0.4, 0.02, 0.01, 1.0), (0.2, 0.02, 0.1, 0.5))  # fmt: skip
+#: Several knobs at once, with the coarser drag: step fraction, scale, share of the cross-section.
+_TOGETHER = ((0.1, 0.1, 1.0), (0.2, 0.1, 1.0), (0.4, 0.1, 1.0), (0.2, 0.01, 1.0),
+             (0.4, 0.01, 1.0), (0.8, 0.01, 1.0), (0.4, 0.001, 1.0),
+             (0.4, 0.01, 0.5), (0.4, 0.01, 0.25))  # fmt: skip
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,6 +69,10 @@ class Setting:
 REFERENCE = Setting("reference", math.nan, "reference")
 
 
+#: What can be turned.
+KNOBS = ("step", "drag", "stiffness", "section", "together")
+
+
 def settings_of(scene: Scene) -> tuple[Setting, ...]:
     """The reference, then each knob of a scene turned alone, then some of them together."""
     return (REFERENCE, *_alone(scene), *_together(scene))
@@ -80,32 +80,44 @@ def settings_of(scene: Scene) -> tuple[Setting, ...]:
 
 def _alone(scene: Scene) -> Iterator[Setting]:
     for fraction in _STEP_FRACTIONS:
-        title = f"step {fraction:g} of a contact"
-        # Of a frictionless collision the restitution is of first order in the step.
+        title = f"step {fraction:g}"
+        # Of a damped collision the restitution is of first order in the step.
         yield Setting("step", fraction, title, {"time.step_fraction": fraction}, 1.0)
     if scene.dragging_fluid is not None:
-        for tolerance in _TOLERANCES:
-            title = f"drag to {100 * tolerance:g} %"
-            # The interval goes with the root of the tolerance, the error with its square.
-            yield Setting("drag", tolerance, title, {"drag.tolerance": tolerance}, 1.0)
+        yield from _drags(scene)
     for scale in _SCALES:
-        title = f"stiffness x {scale:g}"
-        # Overlaps of a given force go with the modulus to the power -2/3.
-        yield Setting("stiffness", scale, title, {"contact.stiffness_scale": scale}, -2.0 / 3.0)
+        # Overlaps of a given speed go with the modulus to the power -2/5.
+        changes = {"contact.stiffness_scale": scale}
+        yield Setting("stiffness", scale, f"stiffness x {scale:g}", changes, -0.4)
     if scene.specimen is not None:
         for share in _SECTIONS:
             yield Setting("section", share, f"{share:g} of the section", smaller(scene, share))
 
 
+def _drags(scene: Scene) -> Iterator[Setting]:
+    """The drag kept for longer, and the other scheme that a scene can afford.
+
+    The exact scheme is not among them: it costs tens of times as much as the contacts.
+    """
+    tolerance = {"drag.tolerance": _TOLERANCE}
+    # The interval goes with the root of the tolerance, the error of a velocity with its square.
+    yield Setting("drag", _TOLERANCE, f"drag to {100 * _TOLERANCE:g} %", tolerance, 1.0)
+    longest = scene.time.duration / scene.output.samples
+    if scene.drag.carrier == "coupling":
+        yield Setting("drag", math.nan, "drag implicit", {"drag.scheme": "implicit"})
+        kept = {"drag.scheme": "implicit", "drag.refresh": longest}
+        yield Setting("drag", math.nan, f"drag implicit, kept {longest:.3g} s", kept, 2.0)
+
+
 def _together(scene: Scene) -> Iterator[Setting]:
-    for fraction, tolerance, scale, share in _TOGETHER:
+    for fraction, scale, share in _TOGETHER:
         if share < 1.0 and scene.specimen is None:
             continue
         title = f"step {fraction:g}, stiffness x {scale:g}"
         changes = {"time.step_fraction": fraction, "contact.stiffness_scale": scale}
         if scene.dragging_fluid is not None:
-            title += f", drag to {100 * tolerance:g} %"
-            changes["drag.tolerance"] = tolerance
+            changes["drag.tolerance"] = _TOLERANCE
+            title += f", drag to {100 * _TOLERANCE:g} %"
         if share < 1.0:
             title += f", {share:g} of the section"
             changes |= smaller(scene, share)

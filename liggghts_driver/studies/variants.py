@@ -63,11 +63,15 @@ class Variant:
         return seeded if self.effect is None else without(seeded, [self.effect])
 
 
+#: Nothing left out.
+WHOLE = Variant()
+
+
 def variants_of(scene: Scene) -> tuple[Variant, ...]:
     """The whole scene first, then each of its effects left out that can be, in the deck's order."""
     active = active_effects(scene)
     return (
-        Variant(),
+        WHOLE,
         *(
             Variant(effect, followers(effect, active))
             for effect in active

@@ -76,7 +76,7 @@ def axis_mistakes(number: int, axis: Axis) -> list[Mistake]:
         for name in sorted(foreign)
     ]
     checks = {"combination": _rows, "range": _range, "sample": _sample, "list": _list}
-    return found or [*_resources(where, axis), *checks[form](where, axis)]
+    return found or [*_resources(where, axis), *_accuracy(where, axis), *checks[form](where, axis)]
 
 
 def _short(value: Any) -> Any:
@@ -88,6 +88,14 @@ def _resources(where: str, axis: Axis) -> Iterator[Mistake]:
         if name.startswith("resources.") and name not in RESOURCE_KEYS:
             valid = ", ".join(RESOURCE_KEYS)
             yield Mistake(where, name, "is the same for all points", f"use one of {valid}")
+
+
+def _accuracy(where: str, axis: Axis) -> Iterator[Mistake]:
+    """Its settings are written into the sweep's plan, once for all points."""
+    for name in keys_of(axis):
+        if name.partition(".")[0] == "accuracy":
+            fix = "give it in the scene or in [set]; `study accuracy` compares settings"
+            yield Mistake(where, name, "is the same for all points", fix)
 
 
 def _list(where: str, axis: Axis) -> Iterator[Mistake]:

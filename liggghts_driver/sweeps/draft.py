@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import json
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -16,11 +17,13 @@ from liggghts_driver.scene.checks import Mistake
 from liggghts_driver.scene.model import Scene
 from liggghts_driver.scene.read import (
     apply_override,
+    arguments_of,
     explain_detail,
     load_tables,
     make_scene,
     set_key,
 )
+from liggghts_driver.sweeps.accuracy import other_problems, with_settings
 from liggghts_driver.sweeps.axes import (
     RESOURCE_KEYS,
     axis_mistakes,
@@ -105,6 +108,7 @@ def draft(path: Path, overrides: Sequence[str]) -> Draft:
     slurm = _slurm(file, path.parent)
     base = _base(file, path.parent, overrides)
     axes = {} if base is None else _settable(file, axes, base)
+    base = _settled(file, path.parent, overrides, axes, base)
     points = point_count(axes, file.sweep.replicates)
     keys: tuple[str, ...] = ()
     made: list[Combination] = []
@@ -170,9 +174,8 @@ def _is_file(path: Path) -> bool:
 def _base(file: SweepFile, folder: Path, overrides: Sequence[str]) -> dict[str, Any] | None:
     """Tables of the scene that varies, settings and overrides applied; None without a scene."""
     sweep, mistakes = file.sweep, file.mistakes
-    beside, shipped = folder / sweep.scene, cases_dir() / f"{sweep.scene}.toml"
     try:
-        tables = load_tables(shipped if _is_file(shipped) and not _is_file(beside) else beside)
+        tables = load_tables(_scene_file(sweep, folder))
     except SceneError as error:
         mistakes.append(f"scene = {sweep.scene!r}: {error}")
         return None
@@ -182,6 +185,33 @@ def _base(file: SweepFile, folder: Path, overrides: Sequence[str]) -> dict[str, 
             mistakes.append(str(Mistake(f"set.{name}", value, bound, fix)))
     mistakes.extend(fault for text in overrides if (fault := apply_override(tables, text)))
     return tables
+
+
+def _scene_file(sweep: Sweep, folder: Path) -> Path:
+    beside, shipped = folder / sweep.scene, cases_dir() / f"{sweep.scene}.toml"
+    return shipped if _is_file(shipped) and not _is_file(beside) else beside
+
+
+def _settled(
+    file: SweepFile,
+    folder: Path,
+    overrides: Sequence[str],
+    axes: Mapping[int, Axis],
+    base: dict[str, Any] | None,
+) -> dict[str, Any] | None:
+    """The tables with the settings that their accuracy comes to; None where it comes to none."""
+    if base is None or "accuracy" not in base:
+        return base
+    names = [name for axis in axes.values() for name in keys_of(axis)]
+    file.mistakes.extend(str(found) for found in other_problems(base["accuracy"], names))
+    given = [f"{n}={json.dumps(v, default=str)}" for n, v in file.sweep.settings.items()]
+    arguments = arguments_of(_scene_file(file.sweep, folder), [*given, *overrides])
+    try:
+        return with_settings(base, arguments)
+    except SceneError as error:
+        lines = [line.removeprefix("  - ") for line in str(error).splitlines()[1:]]
+        file.mistakes.extend(f"the scene without its axes: {line}" for line in lines)
+        return None
 
 
 def _combinations(

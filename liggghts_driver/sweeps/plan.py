@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import itertools
 import json
 from dataclasses import astuple, dataclass, field
@@ -9,7 +10,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from liggghts_driver.errors import RunFolderError, SweepError
-from liggghts_driver.rundir import RunDirectory, canonical_json, write_text
+from liggghts_driver.rundir import RunDirectory, write_text
+from liggghts_driver.scene.canonical import canonical_json
 from liggghts_driver.sweeps.cost import Cost
 from liggghts_driver.sweeps.draft import draft, scene_with
 from liggghts_driver.sweeps.model import SlurmSettings
@@ -74,6 +76,8 @@ class Plan:
         What jobs of a cluster need.
     costs
         Name of a run to what it is expected to cost, as far as that is known.
+    file, file_sha256
+        Where the file was, and the hash of what was in it; empty where that is not known.
     """
 
     title: str
@@ -85,6 +89,8 @@ class Plan:
     pack: int
     slurm: SlurmSettings
     costs: Mapping[str, Cost] = field(default_factory=dict)
+    file: str = ""
+    file_sha256: str = ""
 
     def scene(self, point: Point) -> Scene:
         """The scene of a point.
@@ -125,7 +131,24 @@ def make_plan(path: str | Path, overrides: Sequence[str] = ()) -> Plan:
         pack=sweep.resources.pack,
         slurm=made.slurm,
         costs={run: each.cost for each in made.combinations for _, run in each.runs},
+        file=str(path.absolute()),
+        file_sha256=_sha256(path),
     )
+
+
+def has_changed(plan: Plan) -> bool:
+    """Whether the file of a sweep holds something else than when its plan was made.
+
+    Of a file that is gone, or that an older version made a plan of, that is not known.
+    """
+    try:
+        return bool(plan.file_sha256) and _sha256(Path(plan.file)) != plan.file_sha256
+    except OSError:
+        return False
+
+
+def _sha256(path: Path) -> str:
+    return hashlib.sha256(path.read_bytes()).hexdigest()
 
 
 def _points(made: Sequence[Combination], replicates: int) -> tuple[Point, ...]:
@@ -186,6 +209,8 @@ def _to_text(plan: Plan) -> str:
     data = {
         "title": plan.title,
         "source": plan.source,
+        "file": plan.file,
+        "file_sha256": plan.file_sha256,
         "base": plan.base,
         "axes": plan.axes,
         "retries": plan.retries,
@@ -249,4 +274,6 @@ def _from_data(data: Mapping[str, Any]) -> Plan:
         pack=data["pack"],
         slurm=SlurmSettings.model_validate(data["slurm"]),
         costs={run: cost for run, number in of_runs if (cost := costs[number]) is not None},
+        file=data.get("file", ""),
+        file_sha256=data.get("file_sha256", ""),
     )

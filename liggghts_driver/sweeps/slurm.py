@@ -6,10 +6,10 @@ import re
 import time
 from typing import TYPE_CHECKING
 
+from liggghts_driver.batch import SlurmError, slurm
 from liggghts_driver.rundir import write_text
 from liggghts_driver.sweeps.slurm_queue import (
     JOBS_FOLDER,
-    SlurmError,
     Submission,
     cancel,
     configuration,
@@ -18,7 +18,6 @@ from liggghts_driver.sweeps.slurm_queue import (
     read_points,
     read_submissions,
     record,
-    slurm,
     task_alive,
     task_state,
 )

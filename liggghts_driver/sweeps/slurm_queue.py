@@ -6,13 +6,10 @@ The database of a cluster, and with it ``sacct``, is not there everywhere and is
 from __future__ import annotations
 
 import json
-import os
-import shutil
-import subprocess
 from dataclasses import asdict, dataclass
 from typing import TYPE_CHECKING
 
-from liggghts_driver.errors import DriverError
+from liggghts_driver.batch import UNKNOWN_JOB, SlurmError, job_states, slurm
 from liggghts_driver.rundir import write_text
 
 if TYPE_CHECKING:
@@ -22,15 +19,6 @@ if TYPE_CHECKING:
 #: Name of the folder of a sweep's jobs, and in it of the file that tells what was submitted.
 JOBS_FOLDER = "jobs"
 SUBMITTED_FILE = "submitted.json"
-#: A busy controller answers late; one that does not answer is given up by the commands themselves.
-_TIMEOUT_S = 120.0
-_UNKNOWN_JOB = "Invalid job id specified"
-#: What stays of the variables that steer Slurm's commands: where the cluster is.
-_KEPT = frozenset({"SLURM_CONF", "SLURM_CLUSTERS"})
-
-
-class SlurmError(DriverError):
-    """A command of Slurm is missing, was refused, or found nobody to talk to."""
 
 
 @dataclass(frozen=True)
@@ -56,54 +44,6 @@ class Submission:
     tasks: int
     submitted: str
     cluster: str
-
-
-def slurm(*argv: str, folder: Path | None = None) -> str:
-    """Run a command of Slurm; what it printed.
-
-    Raises
-    ------
-    SlurmError
-        If it is missing, fails, or does not end in two minutes; with its own words.
-    """
-    if shutil.which(argv[0]) is None:
-        raise SlurmError(
-            f"{argv[0]}: not found on the PATH; jobs are handled on a machine of the cluster that "
-            "has Slurm's commands; on Debian install them with: apt-get install slurm-client"
-        )
-    try:
-        done = subprocess.run(
-            argv,
-            cwd=folder,
-            env=_environment(),
-            stdin=subprocess.DEVNULL,
-            capture_output=True,
-            text=True,
-            errors="replace",
-            timeout=_TIMEOUT_S,
-            check=False,
-        )
-    except subprocess.TimeoutExpired:
-        raise SlurmError(f"{argv[0]}: no answer within {_TIMEOUT_S:g} s; try again") from None
-    if done.returncode:
-        words = done.stderr.strip() or done.stdout.strip() or f"return code {done.returncode}"
-        hint = "\n  is this a machine of the cluster? Without one: --executor local"
-        lost = "Unable to contact" in words or "resolve" in words
-        raise SlurmError(f"{argv[0]}: {words}{hint if lost else ''}")
-    return done.stdout
-
-
-def _environment() -> dict[str, str]:
-    """The environment without what would change a command's meaning.
-
-    That is a user's own ``SQUEUE_FORMAT``, and what a surrounding job says of itself: a job that
-    is submitted from it would take, for instance, its count of restarts for its own.
-    """
-    return {
-        name: value
-        for name, value in os.environ.items()
-        if name in _KEPT or not name.startswith(("SQUEUE_", "SLURM_"))
-    }
 
 
 def configuration() -> dict[str, str]:
@@ -176,8 +116,8 @@ def _ask(jobs: str) -> dict[str, str]:
     try:
         text = slurm("squeue", "--noheader", "-r", "-o", "%i|%T", "-j", jobs)
     except SlurmError as error:
-        if _UNKNOWN_JOB in str(error):
-            return {}  # of a single job that has ended; several are passed over in silence
+        if UNKNOWN_JOB in str(error):
+            return {}
         raise
     return parse_queue(text)
 
@@ -208,8 +148,8 @@ def task_state(job_id: int, task: int | None = None) -> str | None:
     SlurmError
         If squeue cannot tell.
     """
-    name = str(job_id) if task is None else f"{job_id}_{task}"
-    return _ask(name).get(name)
+    states = job_states(str(job_id) if task is None else f"{job_id}_{task}")
+    return states[0] if states else None
 
 
 def task_alive(job_id: int, task: int | None = None) -> bool:

@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING, TypeVar
 
 import jinja2
 
+from liggghts_driver.batch import SlurmError
 from liggghts_driver.resources import templates_dir
-from liggghts_driver.sweeps.slurm_queue import SlurmError
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence

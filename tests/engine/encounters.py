@@ -9,8 +9,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from liggghts_driver.physics.contact import Body
+from liggghts_driver.studies.exact_contacts import Contact
 
-from .hertz_reference import Contact, effective_modulus
+from .hertz_reference import effective_modulus
 from .support import stepping
 
 if TYPE_CHECKING:
@@ -57,9 +58,9 @@ class Encounter:
     def contact(self, modulus: float, restitution: float) -> Contact:
         a, b = self.body(modulus), self.partner(modulus)
         return Contact(
-            mass=1.0 / (1.0 / a.mass_kg + 1.0 / b.mass_kg),
-            radius=1.0 / (1.0 / a.radius_m + 1.0 / b.radius_m),
-            modulus=effective_modulus(
+            mass_kg=1.0 / (1.0 / a.mass_kg + 1.0 / b.mass_kg),
+            radius_m=1.0 / (1.0 / a.radius_m + 1.0 / b.radius_m),
+            modulus_pa=effective_modulus(
                 (a.youngs_modulus_pa, a.poissons_ratio), (b.youngs_modulus_pa, b.poissons_ratio)
             ),
             restitution=restitution,

@@ -1,6 +1,7 @@
 """A lone sphere in a fluid at rest, from rest, under a constant force: Eqs. 17-20 to ten digits.
 
-Written from the paper's own equations, apart from the package's drag law. All in SI.
+Eq. 18 is written from the paper, apart from the package's drag law; the equation of motion is
+integrated by the package's study of exact problems. All in SI.
 """
 
 from __future__ import annotations
@@ -11,8 +12,10 @@ from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
-from scipy.integrate import solve_ivp
-from scipy.optimize import brentq
+
+from liggghts_driver.physics.drag import Branch
+from liggghts_driver.studies import exact_falls
+from liggghts_driver.studies.exact_falls import Immersed
 
 from .support import stepping
 
@@ -35,6 +38,10 @@ EQ_18 = (
 AFTER_CRISIS = 3
 
 
+#: The same in the package's words, f = C_D Re / 24.
+LAW = tuple(Branch(up_to, factor / 24.0, power + 1.0) for up_to, factor, power in EQ_18)
+
+
 @dataclass(frozen=True)
 class Fall:
     """A sphere, its fluid, and what drives it."""
@@ -45,39 +52,34 @@ class Fall:
     viscosity: float
     force: float
 
+    @cached_property
+    def sphere(self) -> Immersed:
+        return Immersed(self.radius, self.density, self.fluid_density, self.viscosity, LAW)
+
+    @cached_property
+    def exact(self) -> exact_falls.Fall:
+        return exact_falls.Fall(self.sphere, self.force)
+
     @property
     def mass(self) -> float:
-        return self.density * 4.0 / 3.0 * math.pi * self.radius**3
+        return self.sphere.mass_kg
 
     def reynolds(self, speed: float) -> float:
-        """Eq. 19."""
-        return 2.0 * self.fluid_density * self.radius * speed / self.viscosity
+        return self.sphere.reynolds(speed)
 
     def drag(self, speed: float, branch: int) -> float:
-        """Eq. 17 with one line of Eq. 18, continued beyond its ends."""
-        _, factor, power = EQ_18[branch]
-        if speed <= 0.0:
-            return 0.0
-        coefficient = factor * self.reynolds(speed) ** power
-        return 0.5 * self.fluid_density * coefficient * math.pi * self.radius**2 * speed**2
+        return self.sphere.drag_n(speed, branch)
 
     def speed_at(self, reynolds: float) -> float:
-        return reynolds * self.viscosity / (2.0 * self.fluid_density * self.radius)
+        return self.sphere.speed_at(reynolds)
 
-    @cached_property
+    @property
     def final_branch(self) -> int:
-        """Where a sphere from rest ends: in the first branch whose drag can balance the force."""
-        return next(
-            branch
-            for branch, (up_to, _, _) in enumerate(EQ_18)
-            if self.drag(self.speed_at(up_to), branch) >= self.force
-        )
+        return self.exact.final_branch
 
-    @cached_property
+    @property
     def final_speed(self) -> float:
-        branch = self.final_branch
-        highest = self.speed_at(EQ_18[branch][0])
-        return float(brentq(lambda v: self.drag(v, branch) - self.force, 0.0, highest, rtol=1e-14))
+        return self.exact.final_speed_m_s
 
     @property
     def final_reynolds(self) -> float:
@@ -85,47 +87,11 @@ class Fall:
 
     @property
     def relaxation(self) -> float:
-        """m / K at the final speed: the time scale of the approach to it."""
-        return self.mass * self.final_speed / self.force
+        return self.exact.relaxation_s
 
     def speeds(self, times: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Speed at each of the times, which begin with 0, over the final speed.
-
-        Eq. 18 is integrated branch by branch, each up to the instant at which its last Re is
-        reached, so that the integrator never steps over a jump or a kink of the law.
-        """
-        found = np.zeros(len(times))
-        start, speed = 0.0, 0.0
-        for branch in range(self.final_branch + 1):
-            piece = self._piece(branch, start, speed, float(times[-1]))
-            end = float(piece.t[-1])
-            here = (times > start) & (times <= end)
-            if here.any():
-                found[here] = piece.sol(times[here])[0]
-            start, speed = end, float(piece.y[0, -1])
-        return found
-
-    def _piece(self, branch: int, start: float, speed: float, end: float):
-        scale = self.final_speed
-        last = self.speed_at(EQ_18[branch][0]) / scale
-
-        def acceleration(_time: float, u: NDArray[np.float64]) -> list[float]:
-            return [(self.force - self.drag(float(u[0]) * scale, branch)) / self.mass / scale]
-
-        def leaves(_time: float, u: NDArray[np.float64]) -> float:
-            return float(u[0]) - last
-
-        leaves.terminal = True  # type: ignore[attr-defined]
-        return solve_ivp(
-            acceleration,
-            (start, end),
-            [speed],
-            method="DOP853",
-            rtol=1e-10,
-            atol=1e-14,
-            events=leaves,
-            dense_output=True,
-        )
+        """Speed at each of the times, which begin with 0, over the final speed."""
+        return self.exact.motion(times)[0] / self.final_speed
 
 
 def pushed(

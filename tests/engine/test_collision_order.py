@@ -15,9 +15,10 @@ import numpy as np
 import pytest
 
 from liggghts_driver.physics.contact import Body, elastic_duration_s
+from liggghts_driver.studies.exact_contacts import Contact
 
 from .encounters import DENSITY, FIRST_ORDER, PARTICLE_NU, RADIUS, SPEED, mass, material, sphere
-from .hertz_reference import Contact, effective_modulus
+from .hertz_reference import effective_modulus
 from .support import order, stepping
 
 if TYPE_CHECKING:
@@ -94,7 +95,7 @@ def test_overlap_in_time(simulator: Simulator) -> None:
         mass(RADIUS) / 2.0, RADIUS / 2.0, effective_modulus((1e7, 0.2), (1e7, 0.2)), 0.3
     )
     touch = (x[0, 1] - x[0, 0] - 2.0 * RADIUS) / (2.0 * SPEED)
-    exact = contact.collide(2.0 * SPEED, outcome.times_s - touch).overlaps
+    exact = contact.collide(2.0 * SPEED, outcome.times_s - touch).overlaps_m
     overlaps = np.maximum(2.0 * RADIUS - (x[:, 1] - x[:, 0]), 0.0)
     # First order: at most a step's way at the speed of approach.
     assert np.abs(overlaps - exact).max() < 2.0 * SPEED * outcome.case.time.step_s

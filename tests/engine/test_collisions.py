@@ -75,7 +75,7 @@ def test_duration(collisions: dict[tuple[float, float], Outcome]) -> None:
                     contact_duration_s(*bodies, meeting.speed), rel=2e-3
                 )
             contact = meeting.contact(modulus, restitution)
-            exact = contact.collide(meeting.speed, np.array([0.0])).duration
+            exact = contact.collide(meeting.speed, np.array([0.0])).duration_s
             # The damped contact is too short by up to 0.35 of a step (at e = 0.3).
             allowed = 1e-6 if restitution == 1.0 else 0.4 * step / elastic
             assert duration == pytest.approx(exact, rel=allowed), meeting

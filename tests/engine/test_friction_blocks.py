@@ -31,6 +31,7 @@ def series_with(friction: float, folder: Path) -> pd.DataFrame:
         f"contact.friction={friction}",
         f"contact.rolling_friction={rolling}",
         "output.images=0",
+        "time.step_fraction=0.2",
     ]
     case = make_case(read_scene(cases_dir() / "infiltration_small.toml", overrides))
     run = run_case(case, RunDirectory(folder))

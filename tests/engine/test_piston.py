@@ -13,9 +13,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 import pytest
-from scipy.integrate import solve_ivp
 
-from .hertz_reference import Contact, effective_modulus
+from liggghts_driver.studies import exact_contacts
+from liggghts_driver.studies.exact_contacts import Contact
+
+from .hertz_reference import effective_modulus
 from .support import order, stepping
 
 if TYPE_CHECKING:
@@ -105,38 +107,12 @@ class Row:
 
     def exact(self, times: NDArray[np.float64]) -> NDArray[np.float64]:
         """Places and then velocities of piston and spheres, ``(2 spheres + 2, times)``."""
-        count = self.spheres + 1
         # The piston is damped as a wall is: with the sphere's mass as the effective one.
         plane = Contact(MASS, RADIUS, MODULUS_EFFECTIVE, self.restitution)
         pair = Contact(MASS / 2.0, RADIUS / 2.0, MODULUS_EFFECTIVE, self.restitution)
-        contacts = [plane, *[pair] * (self.spheres - 1), plane]
-        masses = np.array([self.mass, *[MASS] * self.spheres])
-        rest = np.array([0.0, *RADIUS * (1.0 + 2.0 * np.arange(self.spheres))])
-        # Distances at which neighbours, the wall being the last, just touch.
-        reach = np.array([RADIUS, *[2.0 * RADIUS] * (self.spheres - 1), RADIUS])
-        wall = 2.0 * RADIUS * self.spheres
-
-        def motion(_time: float, state: NDArray[np.float64]) -> NDArray[np.float64]:
-            places = np.append(state[:count], wall)
-            overlaps = reach - np.diff(places)
-            approaches = -np.diff(np.append(state[count:], 0.0))
-            met = zip(contacts, overlaps, approaches, strict=True)
-            pushes = np.array([contact.force(float(d), float(v)) for contact, d, v in met])
-            forces = np.append(0.0, pushes[:-1]) - pushes
-            forces[0] += self.mass * self.acceleration
-            return np.concatenate([state[count:], forces / masses])
-
-        solution = solve_ivp(
-            motion,
-            (0.0, float(times[-1])),
-            np.concatenate([rest, np.zeros(count)]),
-            method="DOP853",
-            rtol=1e-10,
-            atol=1e-15,
-            t_eval=times,
-        )
-        states: NDArray[np.float64] = solution.y
-        return states
+        force = self.mass * self.acceleration
+        row = exact_contacts.Row(self.spheres, RADIUS, MASS, self.mass, force, plane, pair)
+        return row.motion(times)
 
 
 def period(times: NDArray[np.float64], places: NDArray[np.float64]) -> float:

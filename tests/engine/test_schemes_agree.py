@@ -35,7 +35,7 @@ SECTIONS = ("entrance", "middle")
 
 
 def case_with(scheme: str) -> Case:
-    overrides = [f"drag.scheme={scheme}", "output.images=0"]
+    overrides = [f"drag.scheme={scheme}", "output.images=0", "time.step_fraction=0.2"]
     return make_case(read_scene(cases_dir() / "infiltration_small.toml", overrides))
 
 

@@ -3,17 +3,20 @@
 from __future__ import annotations
 
 import json
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import pandas as pd
 import pytest
 
+from liggghts_driver.engine.stop import Stop
 from liggghts_driver.scene import make_scene
-from liggghts_driver.studies.effects import study_effects
+from liggghts_driver.studies.effects import whole_case, write_results
+from liggghts_driver.studies.measured import measure
+from liggghts_driver.studies.tasks import run_tasks, tasks_in_turn
+from liggghts_driver.studies.variants import variants_of
 
 if TYPE_CHECKING:
-    from pathlib import Path
-
     from .support import Tables
 
 pytestmark = pytest.mark.engine
@@ -51,7 +54,10 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 @pytest.fixture(scope="module")
 def results(folder: Path) -> dict[str, Any]:
     """The study, with two seeds."""
-    return study_effects(make_scene(FALL), folder, replicates=2)
+    scene = make_scene(FALL)
+    tasks = tasks_in_turn(variants_of(scene), scene, (1, 2), folder / "runs")
+    outcomes = run_tasks(list(tasks.values()), Stop())
+    return write_results(scene, whole_case(scene), measure(tasks, outcomes), folder)
 
 
 def test_each_effect_changes_what_it_should(results: dict[str, Any]) -> None:
@@ -90,9 +96,10 @@ def test_its_files_agree(folder: Path, results: dict[str, Any]) -> None:
             assert table.loc[variant["name"], name] == mean
 
 
-def test_the_packing_is_that_of_the_seed(folder: Path, results: dict[str, Any]) -> None:
-    names = [variant["name"] for variant in results["variants"]]
-    placed = [{atoms(folder / name / f"seed-{seed}") for name in names} for seed in (1, 2)]
+def test_the_packing_is_that_of_the_seed(results: dict[str, Any]) -> None:
+    runs = {seed: [run for run in results["runs"] if run["seed"] == seed] for seed in (1, 2)}
+    assert [len(some) for some in runs.values()] == [4, 4]
+    placed = [{atoms(Path(run["folder"])) for run in some} for some in runs.values()]
     assert [len(packings) for packings in placed] == [1, 1]
     assert placed[0] != placed[1]
 

@@ -1,0 +1,290 @@
+"""Whether hard cases hold, and by how much their steps can be multiplied before they break."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+from functools import partial
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from liggghts_driver.case import make_case
+from liggghts_driver.engine.stop import Stop
+from liggghts_driver.errors import DriverError, PackingError, SceneError
+from liggghts_driver.rundir import RunDirectory, scene_hash, templates_hash
+from liggghts_driver.scene import make_scene, read_scene
+from liggghts_driver.solve import solve
+from liggghts_driver.studies.energy import read_ran
+from liggghts_driver.studies.invariants import Invariant, changed_by, hardest, invariants_of
+from liggghts_driver.sweeps.task import Task
+from liggghts_driver.sweeps.work import is_done
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Mapping, Sequence
+    from pathlib import Path
+
+    from liggghts_driver.scene.model import Scene
+    from liggghts_driver.studies.energy import Ran
+    from liggghts_driver.studies.hard_cases import HardCase
+    from liggghts_driver.sweeps.task import Outcome
+
+    Run = Callable[[Sequence[Task]], Mapping[str, Outcome]]
+
+#: Steps are tried up to this multiple of the chosen one.
+LARGEST_FACTOR = 64.0
+#: Halvings, in the logarithm, of the range between a factor that holds and the next that does not.
+_BISECTIONS = 2
+#: A run with half the step, beside which the others' answers are held.
+_FINE = 0.5
+#: Between a run and the same in parts: rounding, multiplied by some collisions.
+_MOST_BY_A_RESTART = 1e-6
+#: Checkpoints of a run in parts, each after one piece of it.
+_CHECKPOINTS = 3
+
+
+@dataclass(frozen=True)
+class Trial:
+    """A case tried with a multiple of its step.
+
+    Attributes
+    ----------
+    invariants
+        What a finished run says; empty without one.
+    why
+        What speaks against it, in a sentence; empty where all holds.
+    refused
+        Whether it was caught before the engine was launched.
+    """
+
+    factor: float
+    invariants: tuple[Invariant, ...] = ()
+    why: str = ""
+    refused: bool = False
+
+    @property
+    def holds(self) -> bool:
+        """Whether nothing speaks against it."""
+        return not self.why
+
+
+@dataclass
+class Studied:
+    """A hard case as far as it is known."""
+
+    case: HardCase
+    scene: Scene | None = None
+    step_s: float = math.nan
+    own: Trial | None = None
+    fine: Ran | None = None
+    trials: list[Trial] = field(default_factory=list)
+
+    @property
+    def margin(self) -> float:
+        """The largest multiple of the step that is known to hold, and none below breaks."""
+        held = [trial.factor for trial in self.trials if trial.factor < self.breaks_at]
+        return max(held, default=1.0)
+
+    @property
+    def first_broken(self) -> Trial | None:
+        """The trial of the smallest multiple that does not hold."""
+        broken = [trial for trial in self.trials if not trial.holds]
+        return min(broken, key=lambda trial: trial.factor, default=None)
+
+    @property
+    def breaks_at(self) -> float:
+        """The smallest multiple that is known not to hold; infinite where all do."""
+        broken = self.first_broken
+        return math.inf if broken is None else broken.factor
+
+    @property
+    def as_expected(self) -> bool:
+        """Whether the case holds at its own settings, or is caught where it must be."""
+        assert self.own is not None
+        if self.case.expected == "refused":
+            return self.own.refused
+        if self.case.expected == "invalid":
+            return not self.own.holds
+        return self.own.holds
+
+    def next_factor(self) -> float | None:
+        """The multiple to try next; None when the margin is known well enough."""
+        assert self.own is not None
+        if not self.own.holds:
+            return None
+        if math.isinf(self.breaks_at):
+            return 2.0 * self.margin if self.margin < LARGEST_FACTOR else None
+        ratio = self.breaks_at / self.margin
+        return math.sqrt(self.breaks_at * self.margin) if ratio > _finest() else None
+
+
+def _finest() -> float:
+    return float(2.0 ** (0.5**_BISECTIONS) * (1.0 + 1e-9))
+
+
+def study_stability(
+    cases: Sequence[HardCase], runs: Path, run: Run, *, margins: bool = True
+) -> list[Studied]:
+    """Try every case at its own settings and with half the step; then look for its margin.
+
+    Parameters
+    ----------
+    cases
+        What to try.
+    runs
+        The folder of all runs.
+    run
+        Runs tasks, whatever becomes of them.
+    margins
+        Whether larger steps are tried.
+    """
+    studied = [_begin(case) for case in cases]
+    known = [each for each in studied if each.own is None]
+    own = {each.case.name: _tasks(each, 1.0, runs) for each in known}
+    fine = {each.case.name: _tasks(each, _FINE, runs) for each in known}
+    run([*(t for t in own.values() if t), *(t for t in fine.values() if t)])
+    for each in known:
+        task = fine[each.case.name]
+        if task is not None and is_done(task.folder):
+            each.fine = read_ran(task.folder)
+        each.own = _own_trial(each, own[each.case.name], runs)
+    while margins and _round(known, runs, run):
+        pass
+    return studied
+
+
+def _round(known: Sequence[Studied], runs: Path, run: Run) -> bool:
+    """Try one more multiple of each case that needs it; whether there was any."""
+    wanted = [(each, factor) for each in known if (factor := each.next_factor()) is not None]
+    tasks = [_tasks(each, factor, runs) for each, factor in wanted]
+    run([task for task in tasks if task is not None])
+    for (each, factor), task in zip(wanted, tasks, strict=True):
+        each.trials.append(trial_of(task, factor, each) if task else _refusal(each, factor))
+    return bool(wanted)
+
+
+def _begin(case: HardCase) -> Studied:
+    """A case whose scene is read and whose step is chosen, unless that is refused."""
+    try:
+        scene = read_scene(case.path)
+        return Studied(case, scene, make_case(scene).time.step_s)
+    except (SceneError, PackingError) as error:
+        return Studied(case, own=Trial(1.0, why=_first_fault(error), refused=True))
+
+
+def scene_at(scene: Scene, step_s: float, factor: float) -> Scene:
+    """A scene with a multiple of its step; what else would forbid such a step is relaxed.
+
+    Raises
+    ------
+    SceneError
+        If the step cannot be asked for at all.
+    """
+    if factor == 1.0:
+        return scene
+    tables = scene.model_dump(mode="json", exclude_none=True)
+    step, duration = factor * step_s, scene.time.duration
+    tables["time"] |= {"step": step, "step_fraction": 1.0}
+    # A row of the series needs a step of its own.
+    most = int(duration / step * (1.0 + 1e-9))
+    for name in ("samples", "frames"):
+        tables["output"][name] = min(tables["output"][name], most)
+    return make_scene(tables, scene.title)
+
+
+def _tasks(each: Studied, factor: float, runs: Path) -> Task | None:
+    """The run of a case with a multiple of its step; None where the scene is refused."""
+    assert each.scene is not None
+    try:
+        scene = scene_at(each.scene, each.step_s, factor)
+        make_case(scene)
+    except (SceneError, PackingError):
+        return None
+    # Other templates are another engine input: what they made is not to be found as done.
+    folder = runs / f"{scene_hash(scene)[:16]}-{templates_hash()[:8]}"
+    return Task(f"{each.case.name}, {factor:.3g} steps", partial(_same, scene), folder)
+
+
+def _refusal(each: Studied, factor: float) -> Trial:
+    assert each.scene is not None
+    try:
+        make_case(scene_at(each.scene, each.step_s, factor))
+    except (SceneError, PackingError) as error:
+        return Trial(factor, why=_first_fault(error), refused=True)
+    raise AssertionError("a scene that was refused is accepted now")
+
+
+def trial_of(task: Task, factor: float, each: Studied) -> Trial:
+    """What became of a run: its invariants, or why there are none."""
+    if not is_done(task.folder):
+        run = RunDirectory(task.folder)
+        faults = run.read_state().get("faults") or ["it did not end"]
+        return Trial(factor, why=str(faults[0]), refused=not run.deck.exists())
+    ran = read_ran(task.folder)
+    invariants = invariants_of(ran)
+    if each.fine is not None:
+        invariants.append(changed_by(ran, each.fine))
+    return judged(factor, invariants, ran.results)
+
+
+def judged(factor: float, invariants: Sequence[Invariant], results: Mapping[str, object]) -> Trial:
+    """A trial from its invariants and the verdict of its run."""
+    worst = hardest(invariants)
+    why = ""
+    if worst.broken:
+        why = f"{worst.name}: {worst.worst:.3g}, at most {worst.limit:.3g}"
+    elif results["verdict"] == "invalid":
+        reasons = results["reasons"]
+        assert isinstance(reasons, list)
+        why = str(reasons[0])
+    return Trial(factor, tuple(invariants), why)
+
+
+def _own_trial(each: Studied, task: Task | None, runs: Path) -> Trial:
+    if task is None:
+        return _refusal(each, 1.0)
+    trial = trial_of(task, 1.0, each)
+    if not (each.case.restarts and trial.holds):
+        return trial
+    ran = read_ran(task.folder)
+    return judged(1.0, [*trial.invariants, _restarted(each, ran, runs)], ran.results)
+
+
+def _restarted(each: Studied, whole: Ran, runs: Path) -> Invariant:
+    """How much a run that goes on from checkpoints differs from the whole one."""
+    name, limit = "change by a restart", _MOST_BY_A_RESTART
+    assert each.scene is not None
+    folder = runs / f"{scene_hash(each.scene)[:16]}-{templates_hash()[:8]}-parts"
+    try:
+        if not is_done(folder):
+            solve(each.scene, folder, stop=_InParts(_CHECKPOINTS), report=False)
+    except DriverError as error:
+        return Invariant(f"{name} ({_first_fault(error)})", math.nan, limit)
+    parts = read_ran(folder)
+    apart = float(np.abs(parts.positions_m - whole.positions_m).max())
+    return Invariant(name, apart / float(whole.case.population.particle_radii_m.min()), limit)
+
+
+class _InParts(Stop):
+    """Asks for a checkpoint at the end of the first piece of each of the first launches."""
+
+    def __init__(self, checkpoints: int) -> None:
+        super().__init__()
+        self._left = checkpoints
+
+    def watch(self, ask: Callable[[], None]) -> Callable[[], None]:
+        """As of any wish, but that it asks at once."""
+        if self._left > 0:
+            self._left -= 1
+            ask()
+        return super().watch(ask)
+
+
+def _first_fault(error: Exception) -> str:
+    """The mistake itself, where the first line tells the file and how many there are."""
+    lines = [line.strip(" -") for line in str(error).splitlines()]
+    return lines[1] if len(lines) > 1 and "mistake" in lines[0] else lines[0]
+
+
+def _same(scene: Scene) -> Scene:
+    return scene

@@ -1,0 +1,6 @@
+"""The second line of defence: a run is watched while the engine computes it."""
+
+from liggghts_driver.watch.finding import Finding
+from liggghts_driver.watch.look import Watch
+
+__all__ = ["Finding", "Watch"]
