@@ -17,6 +17,7 @@ from liggghts_driver.errors import SceneError
 from liggghts_driver.scene.layout import layout, particle_count
 from liggghts_driver.studies import accuracy
 from liggghts_driver.studies.accuracy import (
+    Judged,
     Measured,
     judge,
     noise,
@@ -24,8 +25,10 @@ from liggghts_driver.studies.accuracy import (
     require_flow,
 )
 from liggghts_driver.studies.accuracy_figure import draw_accuracy
+from liggghts_driver.studies.accuracy_orders import orders
 from liggghts_driver.studies.accuracy_report import results_of, sentence, write_results
 from liggghts_driver.studies.knobs import KNOBS, REFERENCE, Setting, settings_of, smaller
+from liggghts_driver.studies.paired import Change
 from liggghts_driver.studies.tasks import tasks_in_turn
 
 
@@ -171,6 +174,32 @@ class TestJudgement:
             "lucky"
             not in [j.setting.title for j in pareto(judge([*ALL, *lucky]), "rate_entrance")][1:]
         )
+
+
+class TestOrders:
+    def judged(self, knob: str, value: float, error: float, overlap: float) -> Judged:
+        change = Change(error, 0.001, 3)
+        setting = Setting(knob, value, f"{knob} {value}", order=1.0)
+        return Judged(setting, 1.0, 1.0, {"rate_entrance": change}, overlap)
+
+    def test_errors_that_are_told_from_none_are_fitted(self):
+        some = [self.judged("step", step, -(step**2), 0.01) for step in (0.01, 0.1, 0.2, 0.4)]
+        (order,) = orders(some, "rate_entrance")
+        assert order["measured"] == pytest.approx(2.0)
+        assert order["values"] == 3  # 1e-4 is below its interval
+        assert order["expected"] == 1.0
+        (nothing,) = orders(some[:2], "rate_entrance")
+        assert nothing["measured"] is None
+
+    def test_of_the_stiffness_the_overlap_is(self):
+        some = [self.judged("stiffness", s, 0.0, s**-0.4) for s in (0.1, 0.01, 0.001)]
+        (order,) = orders(some, "rate_entrance")
+        assert order["measured"] == pytest.approx(-0.4)
+
+    def test_what_is_turned_by_no_number_has_no_order(self):
+        (order,) = orders([self.judged("drag", math.nan, 0.1, 0.0)], "rate_entrance")
+        assert order["measured"] is None
+        assert orders([self.judged("drag", math.nan, 0.1, 0.0)][:0], "rate_entrance") == []
 
 
 class TestNumbers:

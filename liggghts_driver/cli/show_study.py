@@ -168,11 +168,24 @@ def accuracy(results: Mapping[str, Any], folder: Path, *, as_json: bool) -> None
         console.print(Text.assemble((setting["title"], "bold"), f": {cost}"), highlight=False)
         console.print(row, markup=False, highlight=False)
     console.print("in brackets: not told from no error (95 %)", markup=False)
+    for order in results["orders"]:
+        console.print(f"order of the {_order(order)}", markup=False, highlight=False)
     for name, reason in results["failures"].items():
         console.print(f"no answer: {name}: {reason.splitlines()[0]}", markup=False)
     for sentence in results["sentences"]:
         console.print(sentence, markup=False)
     console.print(f"accuracy.png, accuracy.csv, accuracy.json in {folder}", markup=False)
+
+
+def _order(order: Mapping[str, Any]) -> str:
+    """What was expected of a knob, and what came out."""
+    found = (
+        "not told from no error"
+        if order["measured"] is None
+        else f"{number(order['measured'], 2)} by {order['values']} values"
+    )
+    what = f"{order['of'].replace('_', ' ')} in the {order['knob']}"
+    return f"{what}: expected {number(order['expected'], 2)}, measured {found}"
 
 
 def _error(setting: Mapping[str, Any], name: str) -> str:

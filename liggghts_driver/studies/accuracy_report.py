@@ -15,6 +15,7 @@ from liggghts_driver.rundir import scene_hash, templates_hash, write_bytes, writ
 from liggghts_driver.scene.layout import layout
 from liggghts_driver.studies.accuracy import judge, noise
 from liggghts_driver.studies.accuracy_figure import draw_accuracy
+from liggghts_driver.studies.accuracy_orders import orders
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -77,6 +78,7 @@ def results_of(
         "finest": _finest(scene),
         "noise": {name: noise(measured, name) for name in shown},
         "settings": [_row(each) for each in judged],
+        "orders": orders(judged, main_names(scene)[0]),
         "failures": dict(failures or {}),
         "provenance": {
             "command": list(command),
