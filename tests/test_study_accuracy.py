@@ -65,6 +65,10 @@ class TestSettings:
         assert made.time.step is None
         assert made.drag.refresh is None
 
+    def test_no_run_is_stopped_for_what_is_measured(self):
+        scene = scene_of(INFILTRATION, {"contact.largest_overlap": 0.02})
+        assert all(s.scene(scene, 1).contact.largest_overlap == 1.0 for s in settings_of(scene))
+
     def test_titles_are_names(self):
         titles = [setting.title for setting in settings_of(scene_of(INFILTRATION))]
         assert len(set(titles)) == len(titles)

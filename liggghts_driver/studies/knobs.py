@@ -15,6 +15,8 @@ if TYPE_CHECKING:
 
     from liggghts_driver.scene.model import Scene
 
+#: How far contacts overlap is measured here: no run is stopped for it.
+_UNJUDGED: Mapping[str, Any] = {"contact.largest_overlap": 1.0}
 _STEP_FRACTIONS = (0.1, 0.2, 0.4, 0.8)
 #: Of a drag kept until its error may be this: coarser than what other bounds allow.
 _TOLERANCE = 0.02
@@ -63,7 +65,8 @@ class Setting:
         tables = scene.model_dump(mode="json", exclude_none=True)
         tables["time"].pop("step", None)
         tables.get("drag", {}).pop("refresh", None)
-        return scene_with(tables, {**FINEST, **self.changes, "seed": seed}, self.title)
+        changes = {**FINEST, **_UNJUDGED, **self.changes, "seed": seed}
+        return scene_with(tables, changes, self.title)
 
 
 REFERENCE = Setting("reference", math.nan, "reference")
