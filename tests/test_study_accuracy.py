@@ -260,6 +260,14 @@ class TestFiles:
         assert poor["below_noise"] == []
         assert table["is_below_noise_of_rate_middle"].tolist() == [True, False, True, False]
 
+    def test_without_a_reference_there_is_an_answer_all_the_same(self, tmp_path):
+        failures = {"reference, seed 1": "it broke"}
+        results = write_results(scene_of(INFILTRATION), [], tmp_path, failures)
+        assert results["settings"] == []
+        assert results["failures"] == failures
+        assert all("no setting" in sentence for sentence in results["sentences"])
+        assert not (tmp_path / "accuracy.png").exists()
+
     def test_scenes_take_their_settings_from_it(self, tmp_path, monkeypatch):
         scene = scene_of(INFILTRATION)
         softer = replace(POOR[0].setting, changes={"contact.stiffness_scale": 0.1})

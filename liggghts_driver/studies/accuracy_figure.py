@@ -44,15 +44,15 @@ _MARKS = {
 }
 _TITLES = {
     "step": "time step",
-    "drag": "drag kept longer, implicit",
+    "drag": "drag kept, implicit",
     "stiffness": "softer contacts",
     "section": "smaller section",
     "window": "shorter average",
     "together": "several together",
 }
-_FRONT = "known to hold (95 %), the cheapest"
-_NOISE = "spread of the packings' mean (95 %)"
-_HOLLOW = "hollow: not told from none"
+_FRONT = "known to hold (95 %)"
+_NOISE = "spread of packings (95 %)"
+_HOLLOW = "not told from none"
 #: Errors below this are drawn there: a logarithm has no place for zero.
 _LEAST = 1e-4
 

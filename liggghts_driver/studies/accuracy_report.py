@@ -109,7 +109,10 @@ def write_results(
     failures: Mapping[str, str] | None = None,
     command: Sequence[str] = (),
 ) -> dict[str, Any]:
-    """Write ``accuracy.json``, ``accuracy.csv`` and ``accuracy.png``; what the first holds."""
+    """Write ``accuracy.json``, ``accuracy.csv`` and ``accuracy.png``; what the first holds.
+
+    Without a finished reference there is nothing to draw.
+    """
     results = results_of(scene, measured, failures, command)
     write_text(folder / "accuracy.json", json.dumps(results, indent=2, allow_nan=False) + "\n")
     write_text(folder / "accuracy.csv", _table(results).to_csv(index=False))
@@ -119,7 +122,8 @@ def write_results(
         if any(f"rate_{name}" in row["errors"] for row in results["settings"])
     }
     noises = {name: noise(measured, name) for name in panels}
-    write_bytes(folder / "accuracy.png", draw_accuracy(judge(measured), panels, noises))
+    if panels:
+        write_bytes(folder / "accuracy.png", draw_accuracy(judge(measured), panels, noises))
     return results
 
 
