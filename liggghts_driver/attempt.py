@@ -139,6 +139,7 @@ class Attempt:
                 self.stop,
                 self._ask,
                 watch.look,
+                alone=self.ranks == 1,
             )
         except BaseException as error:
             if isinstance(error, KeyboardInterrupt):

@@ -389,21 +389,21 @@ class TestRun:
         assert ended.document["verdict"] == "not_steady"
 
     @pytest.mark.parametrize(
-        ("behaviour", "words"),
+        ("behaviour", "words", "error"),
         [
-            ("bad command", "Invalid pair style"),
-            ("error", "Atom lost"),
-            ("early", "did not reach the end"),
-            ("silent", "return code 1"),
+            ("bad command", "Invalid pair style", "RunError"),
+            ("error", "Atom lost", "RunUnstableError"),
+            ("early", "did not reach the end", "RunError"),
+            ("silent", "return code 1", "RunError"),
         ],
     )
     def test_a_failed_run_ends_with_1_and_its_folder_is_named(
-        self, cli, collision, engine, behaviour, words
+        self, cli, collision, engine, behaviour, words, error
     ):
         engine(behaviour)
         ended = cli("run", collision, "--out", "made", "--json")
         assert ended.code == 1
-        assert ended.document["error"] == "RunError"
+        assert ended.document["error"] == error
         assert words in ended.document["message"]
         assert "made" in ended.document["message"]
         report = cli("report", "made", "--json")

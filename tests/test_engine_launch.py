@@ -168,6 +168,20 @@ class TestLaunch:
         # The loop takes a tenth of a second or so, the sleep none.
         assert 0.01 < ended.cpu_s <= ended.wall_s
 
+    def test_runs_side_by_side_share_no_folder_of_open_mpi(self, tmp_path, out):
+        word = 'echo "$OMPI_MCA_orte_tmpdir_base"; ls -d "$OMPI_MCA_orte_tmpdir_base"'
+        folders = []
+        for _ in range(2):
+            launch(["sh", "-c", word], tmp_path, out)
+            name, found = out.read_text().split()
+            assert name == found
+            folders.append(Path(name))
+        assert folders[0] != folders[1]
+        assert not any(folder.exists() for folder in folders)
+        # Several ranks, perhaps on several nodes, are their launcher's.
+        launch(["sh", "-c", word.partition(";")[0]], tmp_path, out, alone=False)
+        assert out.read_text() == "\n"
+
     def test_no_input_is_waited_for(self, tmp_path, out):
         launch(["cat"], tmp_path, out)
         assert out.read_bytes() == b""

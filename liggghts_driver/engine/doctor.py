@@ -8,7 +8,7 @@ import tempfile
 from dataclasses import dataclass
 from pathlib import Path
 
-from liggghts_driver.engine.find import INSTALL, find_engine, launch_environment
+from liggghts_driver.engine.find import INSTALL, find_engine, lone_environment
 from liggghts_driver.errors import EngineNotFoundError
 
 #: The least deck that makes the coupling on which the implicit drag stands.
@@ -62,15 +62,16 @@ def _coupling(binary: str) -> Finding:
         deck.write_text(_COUPLING_DECK, encoding="utf-8")
         command = [binary, "-in", str(deck), "-log", "none"]
         try:
-            done = subprocess.run(
-                command,
-                cwd=folder,
-                env=launch_environment(),
-                stdin=subprocess.DEVNULL,
-                capture_output=True,
-                timeout=_PROBE_TIMEOUT_S,
-                check=False,
-            )
+            with lone_environment() as environment:
+                done = subprocess.run(
+                    command,
+                    cwd=folder,
+                    env=environment,
+                    stdin=subprocess.DEVNULL,
+                    capture_output=True,
+                    timeout=_PROBE_TIMEOUT_S,
+                    check=False,
+                )
             found = done.returncode == 0
         except subprocess.TimeoutExpired:
             found = False

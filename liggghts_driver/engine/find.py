@@ -8,10 +8,16 @@ import re
 import shlex
 import shutil
 import subprocess
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import TYPE_CHECKING
 
 from liggghts_driver.errors import EngineNotFoundError
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
 
 _YIELD_VARIABLE = "OMPI_MCA_mpi_yield_when_idle"
 #: How to get each program on Debian.
@@ -95,6 +101,17 @@ def launch_environment() -> dict[str, str]:
     return {**os.environ, **extra}
 
 
+@contextmanager
+def lone_environment() -> Iterator[dict[str, str]]:
+    """The environment of a launch of one process, with a folder of Open MPI's own for it alone.
+
+    Isolated processes would all have the same one, and each removes it when it ends: also under
+    another that is about to start.
+    """
+    with TemporaryDirectory(prefix="liggghts-driver-", ignore_cleanup_errors=True) as folder:
+        yield {**launch_environment(), "OMPI_MCA_orte_tmpdir_base": folder}
+
+
 def require(program: str) -> str:
     """Path of a program.
 
@@ -139,13 +156,14 @@ def find_engine() -> Engine:
 def _version(binary: str) -> str:
     """What the engine calls itself when it is given nothing to do."""
     try:
-        done = subprocess.run(
-            [binary, "-log", "none", "-in", os.devnull],
-            capture_output=True,
-            timeout=30,
-            check=False,
-            env=launch_environment(),
-        )
+        with lone_environment() as environment:
+            done = subprocess.run(
+                [binary, "-log", "none", "-in", os.devnull],
+                capture_output=True,
+                timeout=30,
+                check=False,
+                env=environment,
+            )
     except (OSError, subprocess.TimeoutExpired) as error:
         raise EngineNotFoundError(f"{binary}: does not start ({error})") from error
     match = re.search(r"LIGGGHTS \(Version ([^,)]+)", done.stdout.decode(errors="replace"))

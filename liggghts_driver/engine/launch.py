@@ -9,10 +9,11 @@ import select
 import signal
 import subprocess
 import time
+from contextlib import nullcontext
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from liggghts_driver.engine.find import launch_environment
+from liggghts_driver.engine.find import launch_environment, lone_environment
 from liggghts_driver.engine.stop import Stop, signals_as_wishes
 
 if TYPE_CHECKING:
@@ -51,6 +52,8 @@ def launch(
     stop: Stop | None = None,
     ask: Callable[[], None] = lambda: None,
     look: Callable[[], None] = lambda: None,
+    *,
+    alone: bool = True,
 ) -> Launch:
     """Run a command in a folder until it ends, copying what it prints to a file.
 
@@ -70,6 +73,8 @@ def launch(
         Asks the command to end by itself, once, when that is wished for.
     look
         Called now and then while the command runs. What it raises ends the command at once.
+    alone
+        Whether it is one process: its launcher keeps several apart, on all their nodes.
 
     Raises
     ------
@@ -84,22 +89,23 @@ def launch(
         watch()
         look()
 
-    process = subprocess.Popen(
-        command,
-        cwd=folder,
-        stdin=subprocess.DEVNULL,
-        stdout=subprocess.PIPE,
-        stderr=subprocess.STDOUT,
-        env=launch_environment(),
-        start_new_session=True,
-    )
-    try:
-        with signals_as_wishes(wish):
-            _copy(process, stdout, on_step, look_around)
-            cpu_s = _wait(process)
-    except BaseException:
-        end_group(process)
-        raise
+    with lone_environment() if alone else nullcontext(launch_environment()) as environment:
+        process = subprocess.Popen(
+            command,
+            cwd=folder,
+            stdin=subprocess.DEVNULL,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT,
+            env=environment,
+            start_new_session=True,
+        )
+        try:
+            with signals_as_wishes(wish):
+                _copy(process, stdout, on_step, look_around)
+                cpu_s = _wait(process)
+        except BaseException:
+            end_group(process)
+            raise
     return Launch(tuple(command), process.returncode, time.perf_counter() - start, cpu_s)
 
 

@@ -129,6 +129,8 @@ class Watch:
         if not lost:
             return before
         fastest = self._last_row.get("largest_speed_m_s", math.nan)
+        if fastest < 0.0:
+            fastest = math.nan  # of no particle the engine's largest is its smallest number
         seen = (
             "spheres left the engine's box before the next row of its log; the largest speed was "
             f"{fastest:.3g} m/s in the last row of the series, "
