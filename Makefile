@@ -21,7 +21,7 @@ lint: $(INSTALLED)
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
 
-validate: $(INSTALLED) engine       ## the long physics checks
+validate: $(INSTALLED) engine cluster   ## the long checks
 	$(BIN)/pytest -q -m validate
 
 bench: $(INSTALLED) engine          ## measure, side by side; rewrites docs/benchmarks*.md

@@ -92,6 +92,7 @@ def processes_with(text: str) -> list[str]:
     return [line for line in found if text in line]
 
 
+@pytest.mark.validate  # of the test's own cluster; the sweeps' tests need the same of it
 def test_an_array_runs_every_task_once_on_both_nodes(cluster, told):
     sbatch(cluster, told, 10, "--array=0-3")
     told.wait("end", 4)
@@ -99,6 +100,7 @@ def test_an_array_runs_every_task_once_on_both_nodes(cluster, told):
     assert {line[1] for line in told.lines("start")} == set(NODES)
 
 
+@pytest.mark.validate  # of the test's own cluster; the sweeps' tests need the same of it
 def test_a_node_that_dies_has_its_task_started_again_on_the_other(cluster, told):
     job = int(sbatch(cluster, told, 600, "--array=5"))
     told.wait("start", 1)
@@ -114,6 +116,7 @@ def test_a_node_that_dies_has_its_task_started_again_on_the_other(cluster, told)
     assert cluster.node_state(first) == "IDLE"
 
 
+@pytest.mark.validate  # of the test's own cluster; the sweeps' tests need the same of it
 def test_the_high_partition_preempts_the_low_which_starts_again(cluster, told):
     sbatch(cluster, told, 600, "--partition=low", "--ntasks=4", "--array=0")
     told.wait("start", 1)
@@ -125,6 +128,7 @@ def test_the_high_partition_preempts_the_low_which_starts_again(cluster, told):
     assert [line[2] for line in told.lines("start")] == ["0", "1"]
 
 
+@pytest.mark.validate  # of the test's own cluster; the sweeps' tests need the same of it
 def test_a_task_is_requeued_by_its_array_and_number_alone(cluster, told):
     """By the id of its own job it is not: the last task of an array has that of the array."""
     job = sbatch(cluster, told, 600, "--array=0-2")
