@@ -14,6 +14,7 @@ from liggghts_driver.effects.base import Column
 from liggghts_driver.effects.drag import uses_coupling
 from liggghts_driver.effects.piston import NO_TIME_S, piston_stl
 from liggghts_driver.flowing import flowing_threshold_m_s
+from liggghts_driver.physics.spheres import INERTIA
 from liggghts_driver.scene.elastic import bodies_of, elastic
 
 if TYPE_CHECKING:
@@ -33,8 +34,6 @@ _COLOURS = {
     "walls": "0.5 0.5 0.5",
 }
 PIXELS = 1600
-#: The moment of inertia of a sphere over m r^2.
-_INERTIA = 0.4
 #: A piece is asked for a checkpoint only at its end, and is not to last longer than some seconds.
 _PIECE_PARTICLE_STEPS = 20_000_000
 _SMALLEST_PART = 20
@@ -191,7 +190,7 @@ def _kicks(case: Case) -> dict[str, object]:
     half = 0.5 * case.time.step_s
     return {
         "half_step": half,
-        "half_spin": half / _INERTIA,
+        "half_spin": half / INERTIA,
         "restart_pattern": "restart/step.*.restart",
     }
 

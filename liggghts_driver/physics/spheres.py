@@ -1,8 +1,11 @@
-"""Volume of a sphere."""
+"""Volume of a sphere, and its moment of inertia."""
 
 from __future__ import annotations
 
 import math
+
+#: The moment of inertia of a sphere over m r^2.
+INERTIA = 0.4
 
 
 def sphere_volume_m3(radius_m: float) -> float:

@@ -37,6 +37,7 @@ import numpy as np
 
 from liggghts_driver.effects import active_effects
 from liggghts_driver.physics.drag import drag_coefficient_n_s_m
+from liggghts_driver.physics.spheres import INERTIA
 from liggghts_driver.results.contacts import contacts_at, elastic_energy_j
 from liggghts_driver.timestep import fluid_speed_m_s
 
@@ -47,8 +48,6 @@ if TYPE_CHECKING:
 
 #: A run holds at most this many times its budget.
 MARGIN = 4.0
-#: Moment of inertia of a sphere over m r^2.
-_INERTIA = 0.4
 _NEIGHBOURS = 12
 #: A scene in which nothing drives anything is given this speed, which is rounding's.
 _SLOWEST_M_S = 1e-6
@@ -112,7 +111,7 @@ def _start_j(case: Case) -> float:
     mass = case.scene.particles.density * population.particle_volumes_m3
     speed2 = (population.velocities_m_s[:count] ** 2).sum(axis=1)
     spin2 = (population.spins_rad_s[:count] ** 2).sum(axis=1)
-    moving = mass * (speed2 + _INERTIA * population.particle_radii_m**2 * spin2)
+    moving = mass * (speed2 + INERTIA * population.particle_radii_m**2 * spin2)
     contacts = contacts_at(population.centres_m[:count], case)
     return float(moving.sum()) / 2.0 + elastic_energy_j(contacts, case)
 

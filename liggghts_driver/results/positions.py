@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+import numpy as np
 import pandas as pd
 
 from liggghts_driver.deck.build import FRAME_COLUMNS
@@ -16,7 +17,6 @@ from liggghts_driver.results.series import read_run_series
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    import numpy as np
     from numpy.typing import NDArray
 
     from liggghts_driver.case import Case
@@ -47,6 +47,31 @@ def iter_instants(run: RunDirectory) -> Iterator[Instant]:
         yield Instant(frame.step, positions, ordered[["vx", "vy", "vz"]].to_numpy())
     if reader.truncated is not None:
         raise ParseError(str(reader.truncated))
+
+
+@dataclass(frozen=True)
+class Frames:
+    """All instants of a run: ``(frames,)`` steps, and ``(frames, n, 3)`` arrays."""
+
+    steps: NDArray[np.int64]
+    positions_m: NDArray[np.float64]
+    velocities_m_s: NDArray[np.float64]
+
+
+def read_frames(run: RunDirectory) -> Frames:
+    """All frames of a run that is small enough to be held at once.
+
+    Raises
+    ------
+    ParseError
+        If a frame is not what it should be, or the last is cut off.
+    """
+    instants = list(iter_instants(run))
+    return Frames(
+        steps=np.array([instant.step for instant in instants]),
+        positions_m=np.array([instant.positions_m for instant in instants]),
+        velocities_m_s=np.array([instant.velocities_m_s for instant in instants]),
+    )
 
 
 def volumes_past_sections(run: RunDirectory, case: Case) -> pd.DataFrame:

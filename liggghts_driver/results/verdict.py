@@ -22,9 +22,7 @@ if TYPE_CHECKING:
     from liggghts_driver.statistics import Rate
 
 #: The servo's limit must stay out of reach: beyond this share of it, Newton's law is in doubt.
-_SHARE_OF_LIMIT = 0.9
-
-
+SHARE_OF_LIMIT = 0.9
 #: A steady rate with a wider interval (95 %, over the rate) decides nothing about the law.
 _WIDEST_INTERVAL = 0.25
 
@@ -140,7 +138,7 @@ def _piston(case: Case, series: pd.DataFrame) -> Iterator[str]:
         return
     fastest = float(np.abs(np.diff(series["piston_x_m"]) / np.diff(series["time_s"])).max())
     limit = speed_limit_m_s(case)
-    if fastest > _SHARE_OF_LIMIT * limit:
+    if fastest > SHARE_OF_LIMIT * limit:
         yield f"the piston reached {fastest:.3g} m/s; the servo's limit is {limit:.3g} m/s"
 
 

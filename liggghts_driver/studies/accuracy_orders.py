@@ -5,15 +5,12 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
+from liggghts_driver.studies.exact import fitted_order
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from liggghts_driver.studies.accuracy import Judged
-
-#: Two values of a knob make a slope, and say nothing of how well it is known.
-_FEWEST = 2
 
 
 def orders(judged: Sequence[Judged], name: str) -> list[dict[str, Any]]:
@@ -55,9 +52,7 @@ def _order(own: Sequence[Judged], name: str) -> dict[str, Any]:
 
 
 def _slope(points: Sequence[tuple[float, float]]) -> float | None:
-    """The exponent of a power law through points, by least squares in the logarithms."""
+    """The exponent of a power law through points; None where there are too few."""
     known = [(x, y) for x, y in points if y > 0.0]
-    if len(known) < _FEWEST:
-        return None
-    x, y = np.log(np.array(known)).T
-    return float(np.polyfit(x, y, 1)[0])
+    slope = fitted_order([x for x, _ in known], [y for _, y in known])
+    return None if math.isnan(slope) else slope

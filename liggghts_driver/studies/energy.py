@@ -17,9 +17,10 @@ import pandas as pd
 
 from liggghts_driver.effects.drag_law import inside_velocity_m_s
 from liggghts_driver.physics.drag import drag_coefficient_n_s_m, pressure_force_n
+from liggghts_driver.physics.spheres import INERTIA
 from liggghts_driver.prepare import prepare
 from liggghts_driver.results.contacts import contacts_at, elastic_energy_j
-from liggghts_driver.results.positions import iter_instants
+from liggghts_driver.results.positions import read_frames
 from liggghts_driver.rundir import RunDirectory
 from liggghts_driver.timestep import fluid_acceleration_m_s2
 
@@ -72,13 +73,13 @@ def read_ran(folder: Path) -> Ran:
     run = RunDirectory(folder)
     case = prepare(run.read_scene())
     case = replace(case, time=replace(case.time, **run.read_state()["time"]))
-    instants = list(iter_instants(run))
+    frames = read_frames(run)
     return Ran(
         case=case,
         series=pd.read_csv(run.series),
-        times_s=np.array([instant.step for instant in instants]) * case.time.step_s,
-        positions_m=np.array([instant.positions_m for instant in instants]),
-        velocities_m_s=np.array([instant.velocities_m_s for instant in instants]),
+        times_s=np.asarray(frames.steps * case.time.step_s, dtype=float),
+        positions_m=frames.positions_m,
+        velocities_m_s=frames.velocities_m_s,
         results=json.loads(run.results.read_text(encoding="utf-8")),
     )
 
@@ -106,7 +107,7 @@ def spin_j(case: Case) -> float:
     radii, spins = case.population.particle_radii_m, case.population.spins_rad_s
     squares = (spins[: case.population.particles] ** 2).sum(axis=1)
     masses = case.scene.particles.density * case.population.particle_volumes_m3
-    return float((0.2 * masses * radii**2 * squares).sum())
+    return float((0.5 * INERTIA * masses * radii**2 * squares).sum())
 
 
 def elastic_j(ran: Ran) -> Array:
@@ -122,10 +123,7 @@ def elastic_j(ran: Ran) -> Array:
         if np.isfinite(places).all():
             stands = None if piston is None else float(piston[number])
             contacts = contacts_at(places, ran.case, piston_x_m=stands)
-            # A kind of body that nobody touches may not exist.
-            found[number] = elastic_energy_j(
-                [some for some in contacts if len(some.first)], ran.case
-            )
+            found[number] = elastic_energy_j(contacts, ran.case)
     return found
 
 

@@ -5,16 +5,14 @@ from __future__ import annotations
 import json
 import math
 from dataclasses import dataclass
-from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
 import pandas as pd
 
-from liggghts_driver.results.positions import iter_instants
-from liggghts_driver.rundir import RunDirectory, scene_hash, templates_hash
-from liggghts_driver.studies.tasks import core_s
-from liggghts_driver.sweeps.task import Task
+from liggghts_driver.results.positions import read_frames
+from liggghts_driver.rundir import RunDirectory
+from liggghts_driver.studies.tasks import core_s, run_folder, task_of
 from liggghts_driver.sweeps.work import is_done
 
 if TYPE_CHECKING:
@@ -24,6 +22,7 @@ if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
     from liggghts_driver.scene.model import Scene
+    from liggghts_driver.sweeps.task import Task
 
 #: What the horizontal axis is called where costs are measured.
 CORE_TIME = "core time of stepping [s]"
@@ -185,10 +184,8 @@ def tasks_of(problems: Sequence[Problem], runs: Path) -> list[Task]:
     tasks: dict[Path, Task] = {}
     for problem in problems:
         for name, scene in _scenes(problem).items():
-            folder = _folder(scene, runs)
-            tasks.setdefault(
-                folder, Task(f"{problem.title}, {name}", partial(_same, scene), folder)
-            )
+            folder = run_folder(scene, runs)
+            tasks.setdefault(folder, task_of(f"{problem.title}, {name}", scene, folder))
     return list(tasks.values())
 
 
@@ -210,31 +207,22 @@ def _scenes(problem: Problem) -> dict[str, Scene]:
     return found
 
 
-def _folder(scene: Scene, runs: Path) -> Path:
-    """Other templates are another engine input: what they made is not to be found as done."""
-    return runs / f"{scene_hash(scene)[:16]}-{templates_hash()[:8]}"
-
-
-def _same(scene: Scene) -> Scene:
-    return scene
-
-
 def _read(scene: Scene, runs: Path) -> Moved | None:
     """The finished run of a scene, if it is finished."""
-    folder = _folder(scene, runs)
+    folder = run_folder(scene, runs)
     if not is_done(folder):
         return None
     run = RunDirectory(folder)
     time, cost = run.read_state()["time"], json.loads(run.results.read_text("utf-8"))["cost"]
-    instants = list(iter_instants(run))
+    frames = read_frames(run)
     return Moved(
         step_s=time["step_s"],
         steps=time["steps"],
         refresh_every=time["refresh_every"],
         core_s=core_s(cost),
-        times_s=np.array([instant.step for instant in instants]) * time["step_s"],
-        positions_m=np.array([instant.positions_m for instant in instants]),
-        velocities_m_s=np.array([instant.velocities_m_s for instant in instants]),
+        times_s=frames.steps * time["step_s"],
+        positions_m=frames.positions_m,
+        velocities_m_s=frames.velocities_m_s,
         series=pd.read_csv(run.series),
     )
 

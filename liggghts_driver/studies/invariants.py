@@ -10,6 +10,7 @@ import numpy as np
 
 from liggghts_driver.effects.drag_law import reynolds_bound
 from liggghts_driver.effects.piston import speed_limit_m_s
+from liggghts_driver.results.verdict import SHARE_OF_LIMIT
 from liggghts_driver.studies.energy import (
     drag_given_j,
     drag_taken_j,
@@ -39,8 +40,6 @@ MOST_MOMENTUM = 1e-9
 MOST_CHANGE = 0.05
 #: So many particles have a mean that is known better than the place of one of them.
 _SEVERAL = 10
-#: The share of the servo's limit up to which the piston obeys Newton's law, as in a verdict.
-_SHARE_OF_LIMIT = 0.9
 
 
 @dataclass(frozen=True)
@@ -193,7 +192,7 @@ def _piston(ran: Ran) -> Iterator[Invariant]:
     if ran.case.scene.piston is None:
         return
     speeds = np.diff(ran.series["piston_x_m"]) / np.diff(ran.series["time_s"])
-    limit = _SHARE_OF_LIMIT * speed_limit_m_s(ran.case)
+    limit = SHARE_OF_LIMIT * speed_limit_m_s(ran.case)
     yield Invariant("piston's speed [m/s]", float(np.abs(speeds).max()), limit)
 
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
-from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -12,12 +11,12 @@ import numpy as np
 from liggghts_driver.case import make_case
 from liggghts_driver.engine.stop import Stop
 from liggghts_driver.errors import DriverError, PackingError, SceneError
-from liggghts_driver.rundir import RunDirectory, scene_hash, templates_hash
+from liggghts_driver.rundir import RunDirectory
 from liggghts_driver.scene import make_scene, read_scene
 from liggghts_driver.solve import solve
 from liggghts_driver.studies.energy import read_ran
 from liggghts_driver.studies.invariants import Invariant, changed_by, hardest, invariants_of
-from liggghts_driver.sweeps.task import Task
+from liggghts_driver.studies.tasks import run_folder, task_of
 from liggghts_driver.sweeps.work import is_done
 
 if TYPE_CHECKING:
@@ -27,7 +26,7 @@ if TYPE_CHECKING:
     from liggghts_driver.scene.model import Scene
     from liggghts_driver.studies.energy import Ran
     from liggghts_driver.studies.hard_cases import HardCase
-    from liggghts_driver.sweeps.task import Outcome
+    from liggghts_driver.sweeps.task import Outcome, Task
 
     Run = Callable[[Sequence[Task]], Mapping[str, Outcome]]
 
@@ -200,9 +199,7 @@ def _tasks(each: Studied, factor: float, runs: Path) -> Task | None:
         make_case(scene)
     except (SceneError, PackingError):
         return None
-    # Other templates are another engine input: what they made is not to be found as done.
-    folder = runs / f"{scene_hash(scene)[:16]}-{templates_hash()[:8]}"
-    return Task(f"{each.case.name}, {factor:.3g} steps", partial(_same, scene), folder)
+    return task_of(f"{each.case.name}, {factor:.3g} steps", scene, run_folder(scene, runs))
 
 
 def _refusal(each: Studied, factor: float) -> Trial:
@@ -254,7 +251,8 @@ def _restarted(each: Studied, whole: Ran, runs: Path) -> Invariant:
     """How much a run that goes on from checkpoints differs from the whole one."""
     name, limit = "change by a restart", _MOST_BY_A_RESTART
     assert each.scene is not None
-    folder = runs / f"{scene_hash(each.scene)[:16]}-{templates_hash()[:8]}-parts"
+    whole_folder = run_folder(each.scene, runs)
+    folder = whole_folder.with_name(f"{whole_folder.name}-parts")
     try:
         if not is_done(folder):
             solve(each.scene, folder, stop=_InParts(_CHECKPOINTS), report=False)
@@ -284,7 +282,3 @@ def _first_fault(error: Exception) -> str:
     """The mistake itself, where the first line tells the file and how many there are."""
     lines = [line.strip(" -") for line in str(error).splitlines()]
     return lines[1] if len(lines) > 1 and "mistake" in lines[0] else lines[0]
-
-
-def _same(scene: Scene) -> Scene:
-    return scene

@@ -8,13 +8,11 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from liggghts_driver.physics.contact import Body, contact_duration_s
-from liggghts_driver.rundir import scene_hash, templates_hash
 from liggghts_driver.scene import make_scene
 from liggghts_driver.studies.energy import read_ran
 from liggghts_driver.studies.exact_collisions import (
@@ -26,7 +24,7 @@ from liggghts_driver.studies.exact_collisions import (
     RADIUS_M,
     collision_scene,
 )
-from liggghts_driver.sweeps.task import Task
+from liggghts_driver.studies.tasks import run_folder, task_of
 from liggghts_driver.sweeps.work import is_done
 
 if TYPE_CHECKING:
@@ -35,7 +33,7 @@ if TYPE_CHECKING:
 
     from liggghts_driver.scene.model import Scene
     from liggghts_driver.studies.energy import Ran
-    from liggghts_driver.sweeps.task import Outcome
+    from liggghts_driver.sweeps.task import Outcome, Task
 
 #: Steps over the duration of a contact after Eq. 21.
 FRACTIONS = (0.01, 0.02, 0.03, 0.05, 0.07, 0.1, 0.14, 0.2, 0.3, 0.4, 0.5, 0.7, 1.0, 1.5)
@@ -72,7 +70,7 @@ class Point:
 def map_tasks(runs: Path, fractions: Sequence[float] = FRACTIONS) -> list[Task]:
     """A run for each point of the map."""
     return [
-        Task(f"map, restitution {e:g}, step {f:g} of a contact", partial(_same, scene), folder)
+        task_of(f"map, restitution {e:g}, step {f:g} of a contact", scene, folder)
         for (e, f), (scene, folder) in _runs(runs, fractions).items()
     ]
 
@@ -110,8 +108,7 @@ def _runs(runs: Path, fractions: Sequence[float]) -> dict[tuple[float, float], t
     for restitution in (DAMPED, 1.0):
         for fraction in fractions:
             scene = _scene(restitution, fraction)
-            folder = runs / f"{scene_hash(scene)[:16]}-{templates_hash()[:8]}"
-            found[restitution, fraction] = (scene, folder)
+            found[restitution, fraction] = (scene, run_folder(scene, runs))
     return found
 
 
@@ -131,7 +128,3 @@ def _scene(restitution: float, fraction: float) -> Scene:
     tables["time"] = {"duration": step_s * steps, "step": step_s, "step_fraction": 1.0}
     tables["output"] = {"samples": _LEAST_STEPS, "frames": _LEAST_STEPS, "images": 0}
     return make_scene(tables, "two spheres meet")
-
-
-def _same(scene: Scene) -> Scene:
-    return scene

@@ -6,7 +6,8 @@ from functools import partial
 from typing import TYPE_CHECKING, Protocol, TypeVar
 
 from liggghts_driver.engine.stop import signals_as_wishes
-from liggghts_driver.rundir import scene_hash
+from liggghts_driver.rundir import templates_hash
+from liggghts_driver.sweeps.draft import run_name
 from liggghts_driver.sweeps.local import cores_here, run_local
 from liggghts_driver.sweeps.task import Outcome, Task
 from liggghts_driver.sweeps.work import failures, is_done
@@ -18,9 +19,6 @@ if TYPE_CHECKING:
     from liggghts_driver.engine.stop import Stop
     from liggghts_driver.scene.model import Scene
     from liggghts_driver.sweeps.task import Listener
-
-#: Digits of a scene's hash that name its run, as in sweeps: what one has done, the other finds.
-_NAME_DIGITS = 16
 
 
 class Way(Protocol):
@@ -106,8 +104,18 @@ def core_s(cost: Mapping[str, float]) -> float:
 
 def _task(way: Way, scene: Scene, seed: int, runs: Path) -> Task:
     wanted = way.scene(scene, seed)
-    folder = runs / scene_hash(wanted)[:_NAME_DIGITS]
-    return Task(f"{way.title}, seed {seed}", partial(_same, wanted), folder)
+    # What a sweep has done, a study finds.
+    return task_of(f"{way.title}, seed {seed}", wanted, runs / run_name(wanted, seed))
+
+
+def task_of(name: str, scene: Scene, folder: Path) -> Task:
+    """A run of a scene that is there already."""
+    return Task(name, partial(_same, scene), folder)
+
+
+def run_folder(scene: Scene, runs: Path) -> Path:
+    """The folder of a run that other templates are not to find as done: they are another input."""
+    return runs / f"{run_name(scene, scene.seed)}-{templates_hash()[:8]}"
 
 
 def _same(scene: Scene) -> Scene:

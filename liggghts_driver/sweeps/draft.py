@@ -240,7 +240,7 @@ def _combination(
     base: Mapping[str, Any], values: dict[str, Any], resources: Resources, seeds: Sequence[int]
 ) -> Combination:
     scene = scene_with(base, values)
-    runs = tuple((seed, _run_name(scene, seed)) for seed in seeds or (scene.seed,))
+    runs = tuple((seed, run_name(scene, seed)) for seed in seeds or (scene.seed,))
     return Combination(values, resources, predict_cost(scene), runs)
 
 
@@ -274,7 +274,8 @@ def _resources(shared: Resources, given: Mapping[str, Any]) -> Resources:
         raise SceneError("\n".join(["resources", *lines])) from None
 
 
-def _run_name(scene: Scene, seed: int) -> str:
+def run_name(scene: Scene, seed: int) -> str:
+    """The name of the run of a scene with a seed, which all sweeps and studies find it by."""
     return scene_hash(scene.model_copy(update={"seed": seed}))[:_NAME_DIGITS]
 
 

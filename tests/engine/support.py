@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from liggghts_driver.case import Case, make_case
-from liggghts_driver.results.positions import iter_instants
+from liggghts_driver.results.positions import read_frames
 from liggghts_driver.results.series import complete_series, read_series
 from liggghts_driver.run import run_case
 from liggghts_driver.rundir import RunDirectory
@@ -62,14 +62,14 @@ class Simulator:
         case = make_case(make_scene(tables))
         directory = RunDirectory(self._root / f"run-{next(self._numbers)}")
         run_case(case, directory, ranks)
-        instants = list(iter_instants(directory))
+        frames = read_frames(directory)
         return Outcome(
             case=case,
             directory=directory,
             series=complete_series(read_series(directory.engine_series), case),
-            times_s=np.array([instant.step for instant in instants]) * case.time.step_s,
-            positions_m=np.array([instant.positions_m for instant in instants]),
-            velocities_m_s=np.array([instant.velocities_m_s for instant in instants]),
+            times_s=frames.steps * case.time.step_s,
+            positions_m=frames.positions_m,
+            velocities_m_s=frames.velocities_m_s,
         )
 
     def run_all(self, scenes: Sequence[Tables]) -> list[Outcome]:
