@@ -7,7 +7,7 @@ DRIVER := $(BIN)/liggghts-driver
 INSTALLED := $(VENV)/.liggghts-driver-installed
 SUDO := $(if $(filter 0,$(shell id -u)),,sudo)
 
-.PHONY: demo test lint validate bench docs engine cluster clean
+.PHONY: demo test lint validate bench paper docs engine cluster clean
 
 demo: $(INSTALLED) engine           ## the main job on a small case, with a report
 	# "Not steady" is an answer too, with a report; a run that failed has none.
@@ -27,6 +27,9 @@ validate: $(INSTALLED) engine cluster   ## the long checks
 bench: $(INSTALLED) engine          ## measure, side by side; rewrites docs/benchmarks*.md
 	$(BIN)/python -m tests.bench
 	$(BIN)/python -m tests.bench.sweeps
+
+paper: $(INSTALLED) engine          ## the paper's example in all its readings: hours, resumable
+	$(DRIVER) study paper               # with docs/paper.md, its figures and docs/paper/results.json
 
 docs: $(INSTALLED)                  ## what the documentation takes from the code
 	$(DRIVER) schema > docs/scene.schema.json

@@ -12,13 +12,14 @@ from liggghts_driver.case import Checkpoint
 from liggghts_driver.claim import current_job
 from liggghts_driver.deck.build import build_deck
 from liggghts_driver.engine.completion import last_line_with, missing_proofs
-from liggghts_driver.engine.diagnose import failure_message, lost_spheres
+from liggghts_driver.engine.diagnose import engine_errors, failure_message, lost_spheres
 from liggghts_driver.engine.find import Engine, find_engine
 from liggghts_driver.engine.launch import launch
 from liggghts_driver.errors import RunError, RunInterrupted, RunUnstableError
+from liggghts_driver.identity import scene_hash
 from liggghts_driver.results.thermo import Thermo, read_logs, read_thermo
-from liggghts_driver.rundir import RunDirectory, scene_hash, write_text
-from liggghts_driver.watch import Watch
+from liggghts_driver.rundir import RunDirectory, write_text
+from liggghts_driver.watch import Watch, recorded_finding
 from liggghts_driver.written import other_than_written, write_deck
 
 if TYPE_CHECKING:
@@ -57,12 +58,17 @@ class Attempt:
         Raises
         ------
         RunError
-            If the engine failed or its run is not whole; the folder stays.
+            If the engine failed or its run is not whole; the folder stays. At once where this very
+            run was stopped before: it would go the same way.
         RunInterrupted
             If it was asked to end, and did at a checkpoint.
         """
+        finding = recorded_finding(self.directory)
+        if finding is not None and self._would_be_the_same():
+            raise RunUnstableError(finding.message_again(self.directory))
         begun = bool(self.directory.segments())
-        if begun and other_than_written(self.case, self.directory, self.identity):
+        # What was found at the end of a run may have begun before its last checkpoint.
+        if begun and (finding or other_than_written(self.case, self.directory, self.identity)):
             self.directory.set_aside(segments=True)
         while True:
             thermo = self._launch(self._taken_up())
@@ -70,6 +76,12 @@ class Attempt:
                 return thermo
             if self.stop.asked:
                 raise RunInterrupted(self._whereabouts())
+
+    def _would_be_the_same(self) -> bool:
+        """Whether the same engine would do what it did here before, in as many processes."""
+        state, now = self.directory.read_state(), (self.ranks, self.engine.version)
+        same = (state.get("ranks"), state.get("engine")) == now
+        return same and not other_than_written(self.case, self.directory, self.identity)
 
     @property
     def identity(self) -> str:
@@ -103,7 +115,7 @@ class Attempt:
         ended = self._follow(command, facts, watch)
         mark = last_line_with(directory, deck.mark)
         # What came after the last look: nothing goes on from a state that is lost.
-        finding = watch.judge() if mark is not None else watch.finding
+        finding = watch.judge() if mark is not None or watch.finding else None
         if finding is not None:
             self._fail(facts, [finding.fault], finding)
             raise RunUnstableError(finding.message(directory))
@@ -203,10 +215,11 @@ class Attempt:
         steps = thermo.rows.get("Step", [0])
         last = int(max(steps, default=0))
         finding = watch.diagnose(last, lost=lost_spheres(self.directory))
+        errors = [*engine_errors(self.directory), *thermo.errors][:1]
         if finding is None:
-            self._fail(facts, [*thermo.errors[:1], *faults])
+            self._fail(facts, [*errors, *faults])
             raise RunError(failure_message(self.directory, faults))
-        self._fail(facts, [finding.fault, *thermo.errors[:1], *faults], finding)
+        self._fail(facts, [finding.fault, *errors, *faults], finding)
         told = [finding.fault, *faults]
         raise RunUnstableError(failure_message(self.directory, told, finding.details))
 

@@ -5,17 +5,16 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from liggghts_driver.bounds import LONGEST_SKIN, mean_radius_m
+from liggghts_driver.loads import piston_mass_kg
 from liggghts_driver.population import Population, populate
-from liggghts_driver.scene.layout import Layout, layout, particle_fraction
-from liggghts_driver.timestep import (
-    LONGEST_SKIN,
-    TimePlan,
-    mean_radius_m,
-    plan_time,
-    speed_bound_m_s,
-)
+from liggghts_driver.scene.layout import Layout, layout
+from liggghts_driver.speeds import speed_bound_m_s
+from liggghts_driver.timestep import TimePlan, plan_time
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from liggghts_driver.scene.elastic import Body
     from liggghts_driver.scene.model import Scene
 
@@ -45,6 +44,8 @@ class Case:
     ``speed_bound_m_s`` is the speed for which the contact bound on the step was computed.
     ``screened`` names the effects that were left out as too weak, and ``asked`` is then the scene
     with them, which is what the run is known by. ``checkpoint`` is None for a run from the start.
+    ``edit`` changes the deck's text behind the back of all that was checked; None but in studies of
+    what is then caught.
     """
 
     scene: Scene
@@ -55,6 +56,7 @@ class Case:
     screened: tuple[str, ...] = ()
     asked: Scene | None = None
     checkpoint: Checkpoint | None = None
+    edit: Callable[[str], str] | None = None
 
     @property
     def identity(self) -> Scene:
@@ -94,16 +96,7 @@ class Case:
     @property
     def piston_mass_kg(self) -> float:
         """Mass of the piston: as given, or that of the suspension before it."""
-        piston = self.scene.piston
-        assert piston is not None
-        if piston.mass is not None:
-            return piston.mass
-        particles = self.population.particle_volume_m3 * self.scene.particles.density
-        if self.scene.fluid is None:
-            return particles
-        fraction = particle_fraction(self.scene, self.layout)
-        volume = self.population.particle_volume_m3 / fraction
-        return particles + self.scene.fluid.density * volume * (1.0 - fraction)
+        return piston_mass_kg(self.scene, self.layout, self.population.particle_volume_m3)
 
 
 def make_case(scene: Scene) -> Case:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Literal
 
 from liggghts_driver.errors import SceneError
 from liggghts_driver.physics.drag import BRANCHES, drag_coefficient_n_s_m, reynolds
+from liggghts_driver.physics.oscillation import angular_rate_rad_s
 
 if TYPE_CHECKING:
     from liggghts_driver.population import Population
@@ -16,7 +17,8 @@ if TYPE_CHECKING:
 Scheme = Literal["exact", "held", "implicit"]
 
 #: A force kept for a time T is stable below K (1 + p) T / m = 1, p the exponent in K ~ slip^p;
-#: p is at most 1.43 (Eq. 18). Beyond this share of m / K nothing is extrapolated over T either.
+#: p is at most 1.43 (Eq. 18). Beyond this share of m / K nothing is extrapolated over T either; nor
+#: of period / 2 pi, the time scale of a pressure gradient that goes to and fro.
 LONGEST_KEPT = 0.25
 #: The engine adds a held force faster than it steps an implicit drag; computing the force anew
 #: costs as much as several steps, so this is so only where the force is kept for some while.
@@ -43,7 +45,8 @@ def plan_drag(
     Raises
     ------
     SceneError
-        If ``drag.refresh`` is so long that held forces would grow without bound.
+        If ``drag.refresh`` is so long that held forces would grow without bound, or that what is
+        kept would not follow a pressure gradient that goes to and fro.
     """
     if scene.dragging_fluid is None:
         return None
@@ -52,6 +55,7 @@ def plan_drag(
     relaxation = drag_relaxation_s(scene, population, slip_m_s)
     held = _interval_s(scene, population, slip_m_s, relaxation, "held")
     scheme = _scheme(scene, held, relaxation, step_s)
+    _check_followed(scene, scheme)
     if scheme == "held":
         _check_stable(scene, held, relaxation)
         return DragPlan("held", held, relaxation)
@@ -81,6 +85,24 @@ def _check_stable(scene: Scene, interval_s: float, relaxation_s: float) -> None:
         )
 
 
+def _check_followed(scene: Scene, scheme: Scheme) -> None:
+    refresh, longest = scene.drag.refresh, LONGEST_KEPT * _swing_s(scene)
+    if scheme != "exact" and refresh is not None and refresh > longest:
+        raise SceneError(
+            f"drag.refresh = {refresh:g} s: must be at most {longest:.4g} s, {LONGEST_KEPT} of "
+            "pressure.period / 2 pi, or what is kept does not follow the gradient; shorten or "
+            "remove drag.refresh, or set drag.scheme = exact"
+        )
+
+
+def _swing_s(scene: Scene) -> float:
+    """Time scale on which a pressure gradient cos(w t) changes, 1 / w; infinite if it does not."""
+    pressure = scene.pressure
+    if pressure is None or pressure.gradient == 0.0 or pressure.period is None:
+        return math.inf
+    return 1.0 / angular_rate_rad_s(pressure.period)
+
+
 def drag_relaxation_s(scene: Scene, population: Population, slip_m_s: float) -> float:
     """Shortest m / K of the particles when they slip through the fluid with a speed [s]."""
     assert scene.fluid is not None
@@ -102,6 +124,10 @@ def _interval_s(
     step of Euler's, and its error, half of (T / tau)^2 with tau = m / K (1 + p) for K ~ slip^p, is
     the largest. At the entrance of a specimen the fluid changes: no particle may cross more than
     its radius in between. The implicit scheme keeps K alone, which is constant below Re = 1.
+
+    Under a pressure gradient cos(w t) velocities go to and fro as well, for ever. To extrapolate
+    one costs (3/8) (w T)^2 of it, to take the gradient at the middle (1/24) (w T)^2: together less
+    than half of (w T)^2, so that 1 / w counts as tau does.
     """
     assert scene.fluid is not None
     fluid = scene.fluid
@@ -117,8 +143,9 @@ def _interval_s(
     power = _steepest(float(reynolds(fluid.density, fluid.viscosity, largest, slip_m_s)))
     if scheme == "implicit" and power == 0.0:
         return min(samples, crossing)
-    tolerated = math.sqrt(2.0 * scene.drag.tolerance) * relaxation_s / (1.0 + power)
-    return min(samples, crossing, tolerated, LONGEST_KEPT * relaxation_s)
+    swing = _swing_s(scene)
+    tolerated = math.sqrt(2.0 * scene.drag.tolerance) * min(relaxation_s / (1.0 + power), swing)
+    return min(samples, crossing, tolerated, LONGEST_KEPT * min(relaxation_s, swing))
 
 
 def _samples_s(scene: Scene) -> float:

@@ -87,7 +87,8 @@ def populate(scene: Scene, layout: Layout) -> Population:
     obstacles = _join(grains, fixed)
     movers = _single(scene, "particle")
     suspension = _suspension(scene, layout, _join(obstacles, movers), suspension_seed)
-    return _assemble(scene, _join(suspension, movers), obstacles, layout, solid_fraction)
+    asked = particle_count(scene, layout) + len(movers)
+    return _assemble(scene, _join(suspension, movers), obstacles, asked, solid_fraction)
 
 
 def _specimen(scene: Scene, seed: np.random.SeedSequence) -> tuple[Spheres, float]:
@@ -166,8 +167,14 @@ def _join(a: Spheres, b: Spheres) -> Spheres:
     )
 
 
+def single_spheres(scene: Scene) -> Population:
+    """The spheres that the scene places one by one, and no others."""
+    movers, fixed = _single(scene, "particle"), _single(scene, "grain")
+    return _assemble(scene, movers, fixed, len(movers), float("nan"))
+
+
 def _assemble(
-    scene: Scene, movers: Spheres, fixed: Spheres, layout: Layout, solid_fraction: float
+    scene: Scene, movers: Spheres, fixed: Spheres, asked: int, solid_fraction: float
 ) -> Population:
     everything = _join(movers, fixed)
     singles = [sphere for sphere in scene.spheres if sphere.kind == "particle"]
@@ -183,6 +190,6 @@ def _assemble(
         velocities_m_s=velocities,
         spins_rad_s=spins,
         particles=len(movers.radii_m),
-        asked=particle_count(scene, layout) + len(singles),
+        asked=asked,
         solid_fraction=solid_fraction,
     )

@@ -6,6 +6,7 @@ Knows the scene and nothing of decks or results, so that the comparison stays in
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -17,7 +18,7 @@ from liggghts_driver.scene.layout import layout, particle_fraction
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from liggghts_driver.scene.model import Scene
+    from liggghts_driver.scene.model import Pressure, Scene
 
 
 class NoDarcyError(SceneError):
@@ -64,6 +65,8 @@ def darcy_inputs(scene: Scene) -> DarcyInputs:
 def predict(scene: Scene, gradient_pa_m: float | NDArray[np.float64] | None = None) -> Estimate:
     """The Darcy estimate of a scene, at its own pressure gradient or at others.
 
+    Of a gradient that goes to and fro it is the steady flow at its largest; a warning says so.
+
     Raises
     ------
     NoDarcyError
@@ -73,8 +76,32 @@ def predict(scene: Scene, gradient_pa_m: float | NDArray[np.float64] | None = No
     if gradient_pa_m is None:
         if scene.pressure is None:
             raise NoDarcyError("pressure.gradient (missing): Darcy's law needs it; add [pressure]")
-        gradient_pa_m = scene.pressure.gradient
+        found = estimate(inputs, scene.pressure.gradient)
+        return found if scene.pressure.period is None else _at_its_largest(found, scene.pressure)
     return estimate(inputs, gradient_pa_m)
+
+
+def _at_its_largest(found: Estimate, pressure: Pressure) -> Estimate:
+    warning = (
+        f"pressure.period = {pressure.period:g} s: Darcy's law is about a steady flow; this one is "
+        f"what {pressure.gradient:g} Pa/m would drive for ever"
+    )
+    return replace(found, valid=False, warnings=(*found.warnings, warning))
+
+
+def steady_estimate(scene: Scene) -> Estimate:
+    """The Darcy estimate that a simulation of the scene can be held against.
+
+    Raises
+    ------
+    NoDarcyError
+        If Darcy's law does not apply to the scene: also where its gradient goes to and fro.
+    """
+    if scene.pressure is not None and scene.pressure.period is not None:
+        raise NoDarcyError(
+            f"pressure.period = {scene.pressure.period:g} s: Darcy's law is about a steady flow"
+        )
+    return predict(scene)
 
 
 def predict_gradient(scene: Scene, flow_rate_m3_s: float) -> Estimate:

@@ -9,14 +9,15 @@ from liggghts_driver.attempt import Attempt
 from liggghts_driver.claim import claimed
 from liggghts_driver.engine.stop import Stop
 from liggghts_driver.errors import RunFolderError
+from liggghts_driver.identity import scene_hash
 from liggghts_driver.results.thermo import Thermo, read_logs
-from liggghts_driver.rundir import RunDirectory, scene_hash
 from liggghts_driver.written import require_same_deck
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
     from liggghts_driver.case import Case
+    from liggghts_driver.rundir import RunDirectory
 
 
 @dataclass(frozen=True)

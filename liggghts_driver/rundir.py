@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import contextlib
 import fnmatch
-import hashlib
 import itertools
 import json
 import os
@@ -15,8 +14,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from liggghts_driver.errors import RunFolderError
-from liggghts_driver.resources import templates_dir
-from liggghts_driver.scene.canonical import canonical_json
+from liggghts_driver.identity import scene_hash
 from liggghts_driver.scene.read import make_scene
 
 if TYPE_CHECKING:
@@ -30,22 +28,6 @@ _OF_A_RUN = (
     "log.liggghts", "stdout.log", "run.json", "series.txt", "series.csv", "results.json",
     "report.html", "figures", "dumps", "restart", "restart_forced_*",
 )  # fmt: skip
-
-
-def scene_hash(scene: Scene) -> str:
-    """Identity of a scene: the SHA-256 of its canonical form, title left out."""
-    # A name changes no result, nor does the wish by which the settings in the tables were chosen.
-    data = scene.model_dump(mode="json", exclude={"title", "accuracy"})
-    return hashlib.sha256(canonical_json(data).encode()).hexdigest()
-
-
-def templates_hash() -> str:
-    """Identity of the deck's templates: the SHA-256 of their names and texts."""
-    digest = hashlib.sha256()
-    root = templates_dir()
-    for path in (*sorted(root.glob("*.in.j2")), *sorted((root / "effects").glob("*.j2"))):
-        digest.update(f"{path.relative_to(root)}\0".encode() + path.read_bytes())
-    return digest.hexdigest()
 
 
 def write_text(path: Path, text: str) -> None:

@@ -10,10 +10,11 @@ from typing import TYPE_CHECKING, Any
 
 from liggghts_driver.deck.build import build_deck
 from liggghts_driver.errors import RunFolderError
+from liggghts_driver.identity import scene_hash
 from liggghts_driver.prepare import prepare
 from liggghts_driver.results.answer import Answer, analyse
 from liggghts_driver.run import finished_run, run_case
-from liggghts_driver.rundir import RunDirectory, scene_hash, write_text
+from liggghts_driver.rundir import RunDirectory, write_text
 from liggghts_driver.written import require_same_deck, write_deck
 
 if TYPE_CHECKING:
@@ -61,6 +62,7 @@ def solve(
     stop: Stop | None = None,
     *,
     report: bool = True,
+    alter: Callable[[Case], Case] | None = None,
 ) -> Solution:
     """Place the spheres, run the engine, analyse and report.
 
@@ -80,6 +82,9 @@ def solve(
         The wish that the run end at its next checkpoint, which signals express too.
     report
         Whether ``report.html`` is written now; ``load`` can write it later.
+    alter
+        Makes another case of the one that was checked, for studies of what is caught when the run
+        is not what the scene asked for.
 
     Raises
     ------
@@ -92,6 +97,8 @@ def solve(
     directory.claim_for(scene)
     start = time.perf_counter()
     case = prepare(scene)
+    if alter is not None:
+        case = alter(case)
     placing = time.perf_counter() - start
     on_case(case)
     run = run_case(case, directory, ranks, on_step, stop)

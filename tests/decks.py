@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 #: What an atom-style formula of the engine may name besides numbers and other variables.
 ATOM_WORDS = {"id", "mass", "type", "r"}
 ATOM_WORDS |= {word + axis for word in ("", "v", "f", "omega", "tq") for axis in "xyz"}
-FUNCTIONS = {"sqrt": math.sqrt}
+FUNCTIONS = {"sqrt": math.sqrt, "cos": math.cos}
 _REFERENCE = re.compile(r"\b([vcf])_(\w+)")
 #: The scripts of a deck; the engine comes from one to the next when a checkpoint is asked for.
 SCRIPTS = ("deck.in", "pieces.in", "checkpoint.in")

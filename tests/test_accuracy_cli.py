@@ -12,7 +12,7 @@ from small_scenes import COLLISION, INFILTRATION, changed, scene_of
 from liggghts_driver.accuracy import accuracy_facts
 from liggghts_driver.cli import main
 from liggghts_driver.errors import SweepError
-from liggghts_driver.rundir import scene_hash
+from liggghts_driver.identity import scene_hash
 from liggghts_driver.sweeps.plan import make_plan, read_plan, write_plan
 
 SCENE = scene_of(INFILTRATION)

@@ -12,9 +12,10 @@ from small_scenes import COLLISION, GONE, INFILTRATION, changed, scene_of
 
 from liggghts_driver.accuracy import FINEST, accuracy_facts
 from liggghts_driver.errors import SceneError
+from liggghts_driver.identity import scene_hash
 from liggghts_driver.prepare import prepare
 from liggghts_driver.report.listing import scene_listing
-from liggghts_driver.rundir import RunDirectory, scene_hash
+from liggghts_driver.rundir import RunDirectory
 from liggghts_driver.scene import Scene, make_scene, read_problem, read_scene
 from liggghts_driver.solve import load, solve
 

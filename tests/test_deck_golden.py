@@ -95,6 +95,17 @@ DECKS = {
         },
         1,
     ),
+    # A gradient that goes to and fro: kept with the drag, and added at every step.
+    "to_and_fro_held": (INFILTRATION, {"drag.scheme": "held", "pressure.period": 0.5}, 1),
+    "to_and_fro_implicit": (
+        COLLISION,
+        {
+            "fluid": {**FLUID, "viscosity": 1.0},
+            "drag.scheme": "implicit",
+            "pressure": {"gradient": 1.0, "period": 0.5},
+        },
+        1,
+    ),
     "stokes_implicit": (
         COLLISION,
         {"fluid": {**FLUID, "viscosity": 1.0}, "drag.scheme": "implicit", "pressure.gradient": 1.0},

@@ -256,7 +256,7 @@ class TestFailures:
         if after == "a checkpoint":
             engine("slow")
             interrupt(case, run)
-        engine("error")
+        engine("crash")
         for number in (1, 2, 3):
             with pytest.raises(RunError):
                 run_case(case, run)

@@ -19,6 +19,8 @@ from liggghts_driver.physics.contact import (
     effective_radius_m,
     elastic_duration_s,
     largest_overlap_m,
+    pressed_half_period_s,
+    pressed_overlap_m,
     pull_off_force_n,
     restitution_from_damping_ratio,
 )
@@ -208,3 +210,25 @@ def test_equal_spheres_and_a_plane_differ_as_the_docstring_says():
         missing = 1.0 - force * e_star(PARTICLE, other) / expected
         # The second order is d / r* = 2.5e-4 of the first.
         assert missing == pytest.approx(coefficient * least / radius, rel=1e-3)
+
+
+def test_a_pressed_contact_swings_as_fast_as_a_collision_of_that_force_is_short():
+    """Their ratio is a number.
+
+    Hertz's collision lasts 2.9433 d / v and its largest force is F(d), whose spring's half period
+    is pi sqrt(2 d m* / (3 F)), and m* v^2 / 2 = (2/5) F d.
+    """
+    a, b = PARTICLE, GRAIN
+    overlap = largest_overlap_m(a, b, 0.3)
+    modulus, radius = effective_modulus_pa(a, b), effective_radius_m(a, b)
+    force = 4 / 3 * modulus * math.sqrt(radius) * overlap**1.5
+    assert pressed_overlap_m(a, b, force) == pytest.approx(overlap, rel=1e-12)
+    ratio = elastic_duration_s(a, b, 0.3) / pressed_half_period_s(a, b, force)
+    expected = 2.943275 / math.sqrt(0.8) / (math.pi * math.sqrt(2 / 3))
+    assert ratio == pytest.approx(expected, rel=1e-12)
+
+
+@pytest.mark.parametrize("force", [0.0, -1.0, math.nan])
+def test_a_contact_without_a_force_does_not_swing(force):
+    with pytest.raises(ValueError, match="force_n"):
+        pressed_half_period_s(PARTICLE, PARTICLE, force)

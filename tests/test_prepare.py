@@ -8,8 +8,8 @@ from small_scenes import COLLISION, FLUID, INFILTRATION, changed, scene_of
 from liggghts_driver.effects import EFFECTS, active_effects
 from liggghts_driver.errors import SceneError
 from liggghts_driver.explain import explain_case
+from liggghts_driver.identity import scene_hash
 from liggghts_driver.prepare import decisions_of, prepare, weak_effects, without
-from liggghts_driver.rundir import scene_hash
 
 #: A hair of gravity: 1e-4 of the pressure force's acceleration, 1.5 x 10 Pa/m / 7000 kg/m3.
 FAINT = {"acceleration": [0.0, 0.0, -2.143e-7]}

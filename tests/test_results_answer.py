@@ -8,9 +8,10 @@ import math
 import pytest
 from small_scenes import COLLISION, FLUID, INFILTRATION, case_of
 
+from liggghts_driver.identity import scene_hash, templates_hash
 from liggghts_driver.results.answer import analyse
 from liggghts_driver.run import run_case
-from liggghts_driver.rundir import RunDirectory, scene_hash, templates_hash
+from liggghts_driver.rundir import RunDirectory
 
 
 @pytest.fixture
@@ -90,6 +91,22 @@ def test_a_lone_sphere_is_held_to_free_flight(answer_of):
     assert check["simulated"] == 0.0
     assert check["ratio"] == 0.0
     assert answer.verdict == "valid"
+
+
+def test_a_gradient_that_goes_to_and_fro_never_comes_to_a_balance(answer_of):
+    pressure = {"gradient": -10.0, "period": 0.5}
+    changes = {"spheres": COLLISION["spheres"][:1], "fluid": FLUID, "pressure": pressure}
+    _, answer = answer_of(COLLISION, changes)
+    assert answer.results["exact"] == []
+
+
+def test_a_gradient_that_goes_to_and_fro_is_held_against_no_law(answer_of):
+    _, answer = answer_of(INFILTRATION, {"pressure.period": 0.5, "output.samples": 50})
+    assert answer.results["estimate"] == {
+        "applies": False,
+        "reason": "pressure.period = 0.5 s: Darcy's law is about a steady flow",
+    }
+    assert answer.results["comparison"] == {}
 
 
 def test_the_series_has_time_and_units_and_starts_at_zero(answer_of):

@@ -83,6 +83,13 @@ class TestOverlap:
         case = case_of(COLLISION)
         assert self.overlap(run, case, case.population.centres_m) == 0.0
 
+    def test_of_a_place_that_is_no_number(self, run):
+        """Such a run may be whole before anybody looked; its verdict is then "invalid"."""
+        case = case_of(COLLISION)
+        write_frame(run, 0, case.population.centres_m)
+        write_frame(run, 1, [[0.0, 0.0, 0.0], [0.0, math.nan, 0.0]])
+        assert math.isnan(largest_overlap_over_radius(run, case))
+
     def test_of_two_spheres(self, run):
         spheres = [{**COLLISION["spheres"][0], "radius": 0.001}, COLLISION["spheres"][1]]
         case = case_of(COLLISION, {"spheres": spheres})

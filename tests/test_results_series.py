@@ -38,6 +38,13 @@ class TestRead:
         assert table["kinetic_energy_j"].tolist() == [1.0959833972259480e-09, 0.0]
         assert table["largest_speed_m_s"].tolist() == [0.005, -math.inf]
 
+    def test_the_largest_of_no_particles_is_nothing(self, file):
+        """The engine begins its search for the largest with -1e20."""
+        file.write_text(HEAD + "14 0 -1e+20\n28 -1e+20 -1e20\n")
+        table = read_series(file)
+        assert table["largest_speed_m_s"].tolist() == [0.0, 0.0]
+        assert table["kinetic_energy_j"].tolist() == [0.0, -1e20]  # a sum is what it is
+
     @given(st.integers(0, 120))
     @settings(suppress_health_check=[HealthCheck.function_scoped_fixture], deadline=None)
     def test_cut_anywhere_only_whole_rows_count(self, file, length):

@@ -14,8 +14,9 @@ from small_scenes import COLLISION, INFILTRATION, case_of
 from liggghts_driver.effects.drag_law import reynolds_bound
 from liggghts_driver.effects.piston import speed_limit_m_s
 from liggghts_driver.results.comparison import compare
+from liggghts_driver.results.energy import energy_budget
 from liggghts_driver.results.plain import plain
-from liggghts_driver.results.verdict import judge
+from liggghts_driver.results.verdict import STEP_TOLERANCE, judge, piston_in_grains
 from liggghts_driver.statistics import Rate, SeriesMean
 
 STEADY = Rate(2e-6, 1e-7, True, 10.0, 50.0, "no drift", 100.0)
@@ -104,7 +105,7 @@ class TestJudge:
 
     def test_too_fast_for_the_step(self, case):
         # Eq. 21 goes with v^(-1/5): the step is too long when the speed has outrun its room.
-        room = (case.time.bound_s / case.time.step_s) ** 5
+        room = (STEP_TOLERANCE * case.time.bound_s / case.time.step_s) ** 5
         fast, slow = (case.speed_bound_m_s * room * factor for factor in (1.01, 0.99))
         reason = fault(case, largest_speed_m_s=np.full(21, fast))
         assert f"{fast:.3g} m/s" in reason
@@ -119,12 +120,49 @@ class TestJudge:
 
     def test_piston_at_its_limit(self, case):
         limit = speed_limit_m_s(case)
-        jump = -0.03 + 0.95 * limit * np.linspace(0.0, 1.0, 21)
+        jump = -0.03 + np.minimum(0.95 * limit * np.linspace(0.0, 1.0, 21), 0.01)  # no grain there
         assert "servo's limit" in fault(case, piston_x_m=jump)
 
+    def test_the_piston_in_the_grains(self, case):
+        """They are fixed and in no frame; the series tells where the piston was."""
+        population = case.population
+        first = population.particles
+        fronts = population.centres_m[first:, 0] - population.radii_m[first:]
+        # Of those that stand before the piston's rectangle, which is the channel's section.
+        inside = (np.abs(population.centres_m[first:, 1:]) < 0.01).all(axis=1)
+        grain = int(np.where(inside, fronts, np.inf).argmin())
+        radius = population.radii_m[first + grain]
+        limit = case.scene.contact.largest_overlap
+        for share, depth in ((0.99, 0.99 * limit), (1.01, 1.01 * limit), (None, 2.5)):
+            x = fronts[grain] + depth * radius
+            found, number = piston_in_grains(case, x)
+            assert found >= depth * (1 - 1e-12)
+            if share is not None:
+                assert number == first + grain + 1
+                assert found == pytest.approx(depth, rel=1e-9)  # a difference of places
+        stands = np.linspace(-0.03, fronts[grain] + 0.05 * radius, 21)
+        assert f"the piston overlapped grain {first + grain + 1} by 0.05 of its radius" in fault(
+            case, piston_x_m=stands
+        )
+
+    def test_no_piston_in_no_grains(self):
+        assert piston_in_grains(case_of(COLLISION), 1.0) == (0.0, 0)
+
+    def test_energy_from_nowhere(self):
+        """Nothing drives these: an integration that is right keeps their energy within 5 %."""
+        case = case_of(COLLISION)
+        start = energy_budget(case).items_j["start"]
+        time = np.linspace(0.0, 1.0, 21)
+        columns = {"time_s": time, "largest_speed_m_s": 0.0 * time}
+        for share, verdict in ((1.049, "valid"), (1.051, "invalid")):
+            grown = pd.DataFrame({**columns, "kinetic_energy_j": share * start * np.sqrt(time)})
+            assert judge(case, grown, {}, 0.0).verdict == verdict
+        driven = case_of(COLLISION, {"gravity.acceleration": [0.0, 0.0, -1e-6]})
+        assert judge(driven, grown, {}, 0.0).verdict == "valid"
+
     def test_all_faults_at_once(self, case):
-        bad = {"largest_reynolds": np.full(21, 1e9), "piston_x_m": np.linspace(0, 1e3, 21)}
-        assert len(judged(case, {}, 0.5, **bad).reasons) == 3
+        bad = {"largest_reynolds": np.full(21, 1e9), "piston_x_m": np.linspace(0, 1.0, 21)}
+        assert len(judged(case, {}, 0.5, **bad).reasons) == 4  # the grains are in its way
 
     def test_a_scene_without_any_of_it(self):
         case = case_of(COLLISION)

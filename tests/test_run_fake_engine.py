@@ -17,8 +17,9 @@ from small_scenes import COLLISION, FLUID, case_of, scene_of
 
 from liggghts_driver.deck.build import build_deck
 from liggghts_driver.errors import RunError, RunFolderError
+from liggghts_driver.identity import scene_hash
 from liggghts_driver.run import run_case
-from liggghts_driver.rundir import RunDirectory, scene_hash
+from liggghts_driver.rundir import RunDirectory
 
 TESTS = Path(__file__).parent
 
@@ -202,7 +203,7 @@ def test_garbage_is_no_problem_by_itself(behave, case, run):
     assert run_case(case, run).thermo.rows["Step"].iloc[-1] == case.time.steps
 
 
-@pytest.mark.parametrize("behaviour", ["bad command", "error", "early", "lost"])
+@pytest.mark.parametrize("behaviour", ["bad command", "crash", "early", "lost"])
 def test_a_failed_run_is_tried_anew_and_kept_aside(behave, case, run, behaviour):
     behave(behaviour)
     failure(case, run)
@@ -217,7 +218,7 @@ def test_a_failed_run_is_tried_anew_and_kept_aside(behave, case, run, behaviour)
 
 
 def test_two_attempts_are_both_kept(behave, case, run):
-    behave("error")
+    behave("crash")
     for _ in range(3):
         failure(case, run)
     assert {path.name for path in run.path.glob("attempt-*")} == {"attempt-1", "attempt-2"}

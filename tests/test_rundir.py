@@ -7,9 +7,10 @@ import json
 import pytest
 from small_scenes import COLLISION, INFILTRATION, scene_of
 
-from liggghts_driver import rundir as module
+from liggghts_driver import identity
 from liggghts_driver.errors import RunFolderError, SceneError
-from liggghts_driver.rundir import RunDirectory, scene_hash, templates_hash, write_text
+from liggghts_driver.identity import scene_hash, templates_hash
+from liggghts_driver.rundir import RunDirectory, write_text
 from liggghts_driver.scene.canonical import canonical_json
 
 
@@ -54,7 +55,7 @@ class TestHashes:
         effects.mkdir()
         (tmp_path / "deck.in.j2").write_text("deck")
         (effects / "one.j2").write_text("text")
-        monkeypatch.setattr(module, "templates_dir", lambda: tmp_path)
+        monkeypatch.setattr(identity, "templates_dir", lambda: tmp_path)
         seen = [templates_hash()]
         (tmp_path / "deck.in.j2").write_text("another deck")
         seen.append(templates_hash())

@@ -11,8 +11,9 @@ from hypothesis import strategies as st
 from small_scenes import COLLISION, INFILTRATION, changed
 
 from liggghts_driver.errors import SceneError
+from liggghts_driver.identity import scene_hash
 from liggghts_driver.resources import cases_dir
-from liggghts_driver.rundir import RunDirectory, scene_hash
+from liggghts_driver.rundir import RunDirectory
 from liggghts_driver.scene import Scene, make_scene, read_scene
 
 CASES = sorted(cases_dir().glob("*.toml"))

@@ -21,7 +21,8 @@ from liggghts_driver.cli import main
 from liggghts_driver.effects import active_effects
 from liggghts_driver.engine.stop import Stop
 from liggghts_driver.errors import ParseError, SceneError
-from liggghts_driver.rundir import RunDirectory, scene_hash
+from liggghts_driver.identity import scene_hash
+from liggghts_driver.rundir import RunDirectory
 from liggghts_driver.studies import measured, observables
 from liggghts_driver.studies.effects import whole_case, write_results
 from liggghts_driver.studies.figure import draw_effects, paint_effects
@@ -506,10 +507,10 @@ class TestCommand:
         assert second["runs"][0]["wall_s"] == first["runs"][0]["wall_s"]
 
     def test_failed_runs_are_in_the_tables_and_tried_again(self, cli, engine):
-        engine("error")
+        engine("crash")
         code, out, err = cli("--out", "made", "--replicates", "1")
         assert code == 1
-        told = "spheres left the engine's box"
+        told = "the engine ended with return code"
         names = ("all effects, seed 1", "without tangential friction, seed 1")
         for line, name in zip(err.splitlines(), names, strict=True):
             assert line.startswith(f"failed: {name}: {told}")

@@ -103,7 +103,7 @@ class TestRunning:
 
     def test_what_failed_is_tried_once_more_after_all_others(self, tasks, engine):
         first = next(iter(tasks.values()))
-        engine("error")
+        engine("crash")
         for times in (1, 2):
             assert run_tasks([first], Stop())[first.name].ending == "failed"
             assert failures(first.folder) == times

@@ -350,7 +350,7 @@ class TestFailures:
         assert len(launches.starts()) == 2
 
     def test_it_is_left_alone_until_it_may_be_tried_again(self, cli, place, file, launches, middle):
-        middle("error")
+        middle("crash")
         cli("run", file)
         launches.forget()
         before = snapshot(place / "runs")
@@ -368,7 +368,7 @@ class TestFailures:
         [0, 1, pytest.param(3)],
     )
     def test_it_is_tried_as_often_as_asked(self, cli, place, file, launches, middle, retries):
-        middle("error")
+        middle("crash")
         ended = cli("run", file, "--retries", retries, "--json")
         assert ended.code == 1
         launched = collections.Counter(launches.starts())
@@ -388,7 +388,7 @@ class TestFailures:
     def test_the_file_says_how_often_when_the_command_does_not(
         self, cli, place, file, launches, middle
     ):
-        middle("error")
+        middle("crash")
         file.write_text(SWEEP.replace("retries = 0", "retries = 1"))
         assert cli("run", file).code == 1
         assert launches.starts().count(runs_of(place)[1].path.name) == 2

@@ -13,8 +13,8 @@ from hypothesis import strategies as st
 from small_scenes import GONE, INFILTRATION, changed
 
 from liggghts_driver.errors import RunFolderError, SweepError
+from liggghts_driver.identity import scene_hash
 from liggghts_driver.resources import cases_dir
-from liggghts_driver.rundir import scene_hash
 from liggghts_driver.scene import read_scene
 from liggghts_driver.sweeps.model import SlurmSettings
 from liggghts_driver.sweeps.plan import PLAN_FILE, make_plan, read_plan, write_plan

@@ -15,7 +15,8 @@ from small_scenes import COLLISION, INFILTRATION, scene_of
 from liggghts_driver.claim import claimed, read_claim
 from liggghts_driver.engine.stop import Stop
 from liggghts_driver.errors import PackingError
-from liggghts_driver.rundir import RunDirectory, scene_hash
+from liggghts_driver.identity import scene_hash
+from liggghts_driver.rundir import RunDirectory
 from liggghts_driver.sweeps.task import Outcome, Task
 from liggghts_driver.sweeps.work import failures, is_done, work_on
 
@@ -139,13 +140,24 @@ class TestFailed:
         ],
     )
     def test_it_is_tried_again_as_often_as_asked(self, engine, launches, task, retries):
-        engine("error")
+        engine("crash")
         tries = Tries()
         outcome = work_on(task, retries, on_case=tries)
         assert outcome.ending == "failed"
         assert launches() == tries.count == 1 + retries
         assert failures(task.folder) == 1 + retries
         assert len(list(task.folder.glob("attempt-*"))) == retries
+
+    def test_what_would_go_the_same_way_is_not_tried_again(self, engine, launches, task):
+        engine("error")
+        tries = Tries()
+        first = work_on(task, 3, on_case=tries)
+        assert first.ending == "failed"
+        assert launches() == tries.count == failures(task.folder) == 1
+        before = state_of(task)
+        assert work_on(task, 3, on_case=tries) == first
+        assert launches() == 0
+        assert state_of(task) == before
 
     def test_afterwards_it_is_left_alone_for_the_same_reason(self, engine, launches, task):
         engine("error")
@@ -161,7 +173,7 @@ class TestFailed:
         assert snapshot(task.folder) == before
 
     def test_failures_of_the_past_count(self, engine, launches, task):
-        engine("error")
+        engine("crash")
         work_on(task, on_case=Tries())
         launches()
         work_on(task, retries=2, on_case=Tries())
@@ -169,7 +181,7 @@ class TestFailed:
         assert failures(task.folder) == 3
 
     def test_a_second_try_may_be_good(self, engine, launches, task):
-        engine("error")
+        engine("crash")
         tries = []
 
         def on_case(_case: object) -> None:

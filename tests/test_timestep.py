@@ -11,13 +11,15 @@ from hypothesis import assume, given, reject, settings
 from hypothesis import strategies as st
 from small_scenes import COLLISION, FLUID, GONE, GRAIN, INFILTRATION, MATERIAL, case_of, shipped
 
+from liggghts_driver.bounds import contact_bounds
 from liggghts_driver.case import make_case
 from liggghts_driver.effects.piston import speed_limit_m_s
 from liggghts_driver.errors import SceneError
+from liggghts_driver.loads import pressing_force_n
 from liggghts_driver.physics.contact import Body, contact_duration_s
 from liggghts_driver.physics.drag import drag_coefficient_n_s_m, free_flight_speed_m_s
 from liggghts_driver.scene import make_scene
-from liggghts_driver.timestep import TimePlan, contact_bounds, frame_steps
+from liggghts_driver.timestep import TimePlan, frame_steps
 
 GRAINS = {"youngs_modulus": 1.0e6, "poissons_ratio": 0.25}
 SETTLING = shipped("settling_sphere")
@@ -80,8 +82,9 @@ def test_bounds_are_sorted_and_explained():
     case = case_of(INFILTRATION, {"drag.scheme": "exact"})
     names = [bound.name for bound in case.time.bounds]
     assert set(names) == {
-        "contact particle-particle", "contact particle-grain", "contact particle-wall", "drag",
-        "piston", "duration",
+        "contact particle-particle", "contact particle-grain", "contact particle-wall",
+        "pressed particle-particle", "pressed particle-grain", "pressed particle-wall",
+        "drag", "piston", "duration",
     }  # fmt: skip
     steps = [bound.step_s for bound in case.time.bounds]
     assert steps == sorted(steps)
@@ -125,11 +128,48 @@ class TestSpeedBound:
         # The fastest two, head-on.
         assert case_of(COLLISION, {"spheres": spheres}).speed_bound_m_s == pytest.approx(0.8)
 
+    def test_a_light_sphere_is_thrown_by_a_heavy_one(self):
+        """Head-on with 0.4 m/s, a mass ratio of 8: it leaves with 16/9 of that."""
+        spheres = [
+            {"radius": r, "position": [x, 0.0, 0.0], "velocity": [v, 0.0, 0.0]}
+            for r, x, v in [(2e-3, -0.01, 0.3), (1e-3, 0.01, -0.1)]
+        ]
+        case = case_of(COLLISION, {"spheres": spheres})
+        assert case.speed_bound_m_s == pytest.approx(0.4 * 16 / 9, rel=1e-12)
+
+    def test_spheres_that_overlap_at_the_start_part_with_what_their_spring_held(self):
+        overlap, radius = 1e-5, 1e-3
+        spheres = [
+            {"radius": radius, "position": [x, 0.0, 0.0]} for x in (0.0, 2 * radius - overlap)
+        ]
+        case = case_of(COLLISION, {"spheres": spheres})
+        modulus = MATERIAL["youngs_modulus"] / (1 - MATERIAL["poissons_ratio"] ** 2) / 2
+        energy = 8 / 15 * modulus * math.sqrt(radius / 2) * overlap**2.5
+        mass = MATERIAL["density"] * 4 / 3 * math.pi * radius**3
+        assert case.speed_bound_m_s == pytest.approx(math.sqrt(2 * energy / (mass / 2)), rel=1e-9)
+
     def test_free_fall_over_the_diagonal(self):
         case = case_of(COLLISION, {"gravity": {"acceleration": [0.0, 0.0, -2.0]}})
         diagonal = math.sqrt(0.04**2 + 2 * 0.01**2)
         expected = 2 * math.sqrt(2 * 2.0 * diagonal) + 0.01
         assert case.speed_bound_m_s == pytest.approx(expected, rel=1e-12)
+
+    @pytest.mark.parametrize(("periods", "times"), [(0.2, 1), (1.0, 3), (10.0, 21)])
+    def test_a_gradient_that_goes_to_and_fro_pushes_again(self, periods, times):
+        """Thrown back by walls in time with it, spheres were seen to reach 1.3 times one fall."""
+        speeds = [
+            case_of(COLLISION, {"pressure": {"gradient": 1e4, "period": period}}).speed_bound_m_s
+            for period in (None, 0.1 / periods)
+        ]
+        # The initial speeds, 5 mm/s each, are in both.
+        one, again = (speed / 2.0 - 0.005 for speed in speeds)
+        assert again == pytest.approx(math.sqrt(times) * one, rel=1e-12)
+
+    def test_in_a_fluid_it_drives_no_faster_than_a_constant_one(self):
+        changes = {"fluid": FLUID, "pressure": {"gradient": 10.0}}
+        steady = case_of(COLLISION, changes)
+        moving = case_of(COLLISION, {**changes, "pressure.period": 0.01})
+        assert moving.speed_bound_m_s == steady.speed_bound_m_s
 
     def test_free_flight_in_a_fluid(self):
         case = case_of(SETTLING, {"box.high": [10.0, 0.01, 0.01], "time.step": GONE})
@@ -340,6 +380,58 @@ def test_without_particles_nothing_but_the_samples_bounds_the_step():
 def test_a_lone_particle_without_walls_meets_nobody():
     case = case_of(COLLISION, {"spheres": COLLISION["spheres"][:1]})
     assert [bound.name for bound in case.time.bounds] == ["duration"]
+
+
+class TestPressedContacts:
+    """A bed's contacts may be stiffer than those of its collisions."""
+
+    def test_in_a_thick_fluid_they_count(self):
+        """Spheres pushed at a wall: the speed that they reach in flight is next to none."""
+        spheres = [{"radius": 0.0015, "position": [x, 0.0, 0.0]} for x in (-0.01, 0.01)]
+        changes = {
+            "spheres": spheres, "pressure": {"gradient": 1e4}, "box.walls": ["x+"],
+            "fluid": {"density": 1000.0, "viscosity": 1e4},
+        }  # fmt: skip
+        bounds = [b.name for b in case_of(COLLISION, changes).time.bounds if b.name != "duration"]
+        assert bounds[0] == "pressed particle-particle"
+
+    def test_the_force_is_what_drives_over_the_spheres_of_a_layer(self):
+        case = case_of(INFILTRATION, {"piston.mass": 0.5, "pressure": GONE, "fluid": GONE})
+        force = pressing_force_n(case.scene, case.layout, case.population)
+        low, high = np.array(case.layout.low), np.array(case.layout.high)
+        radius = case.population.particle_radii_m.mean()
+        layer = min(case.population.particles, np.prod((high - low)[1:]) / (2 * radius) ** 2)
+        assert force == pytest.approx(4.0 * 0.5 * 2.143e-3 / layer, rel=1e-12)
+
+    def test_what_nothing_presses_has_no_bound(self):
+        assert not [
+            bound for bound in case_of(COLLISION, {}).time.bounds if "pressed" in bound.name
+        ]
+
+
+class TestPeriodBound:
+    """A gradient that goes to and fro is resolved, where nothing else asks for short steps."""
+
+    SOFT: ClassVar = {
+        "particles.youngs_modulus": 1.0, "contact.largest_overlap": 1.0, "output.samples": 10,
+    }  # fmt: skip
+
+    def test_a_hundredth_of_it_bounds_the_step(self):
+        pressure = {"pressure": {"gradient": 1.0, "period": 0.05}}
+        case = case_of(COLLISION, {**self.SOFT, **pressure})
+        assert bound(case, "period").step_s == pytest.approx(5e-4, rel=1e-12)
+        assert case.time.bounds[0].name == "period"
+        assert case.time.step_s <= 5e-4
+
+    def test_a_step_that_was_given_is_refused(self):
+        pressure = {"pressure": {"gradient": 1.0, "period": 0.05}, "time.step": 6e-4}
+        with pytest.raises(SceneError, match=r"at most 0\.0005 s, set by period"):
+            case_of(COLLISION, {**self.SOFT, **pressure})
+
+    @pytest.mark.parametrize("pressure", [{"gradient": 1.0}, {"gradient": 0.0, "period": 0.05}])
+    def test_without_one_there_is_none(self, pressure):
+        case = case_of(COLLISION, {"pressure": pressure})
+        assert "period" not in {each.name for each in case.time.bounds}
 
 
 class TestPistonBound:

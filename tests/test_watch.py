@@ -13,12 +13,13 @@ import pytest
 from small_scenes import COLLISION, FLUID, GRAIN, INFILTRATION, case_of
 
 from liggghts_driver.case import Checkpoint
+from liggghts_driver.contacts import contacts_at, elastic_energy_j
 from liggghts_driver.effects.drag_law import reynolds_bound
-from liggghts_driver.errors import RunError, RunUnstableError
+from liggghts_driver.engine.stop import Stop
+from liggghts_driver.errors import RunError, RunInterrupted, RunUnstableError
 from liggghts_driver.physics.contact import Body, largest_overlap_m
-from liggghts_driver.results.contacts import contacts_at, elastic_energy_j
 from liggghts_driver.results.energy import MARGIN, energy_budget
-from liggghts_driver.results.verdict import judge
+from liggghts_driver.results.verdict import STEP_TOLERANCE, contact_step_limit_s, judge
 from liggghts_driver.run import run_case
 from liggghts_driver.rundir import RunDirectory
 from liggghts_driver.watch import Watch
@@ -95,6 +96,23 @@ class TestRows:
         assert (found.rule, found.limit) == ("speed", limit)
         assert f"{case.time.step_s:.3g} s" in found.fault
         assert "time.step_fraction" in found.advice
+
+    def test_the_piston_in_the_grains(self, run):
+        case = case_of(INFILTRATION, {"contact.largest_overlap": 0.02})
+        assert judged_row(run, case, piston_x_m=case.layout.low[0]) is None
+        found = judged_row(run, case, piston_x_m=0.0)  # where the specimen begins
+        assert (found.rule, found.limit) == ("overlap", 0.2)
+        assert "the piston overlaps grain" in found.fault
+        assert "youngs_modulus" in found.advice
+
+    def test_a_speed_that_the_verdict_lets_pass(self, run, case):
+        """As many times faster, but the step is well below its bound."""
+        fast = 1.01 * SPEED_MARGIN * case.speed_bound_m_s
+        limit = contact_step_limit_s(case, fast)
+        for share, fires in ((0.99, False), (1.01, True)):
+            step = STEP_TOLERANCE * share * limit
+            short = case_of(COLLISION, {"time.step": step})
+            assert (judged_row(run, short, largest_speed_m_s=fast) is not None) == fires
 
     def test_a_speed_for_which_the_step_is_short_enough(self, run):
         """The verdict calls that valid, so the run goes on."""
@@ -302,7 +320,27 @@ class TestReading:
         write_series(run, row(case, kinetic_energy_j=math.nan))
         first = watch.judge()
         write_frame(run, 0, pair(0.9))
-        assert watch.judge() is first
+        again = watch.judge()
+        assert (again.rule, again.step) == (first.rule, first.step)
+
+    def test_a_continuation_knows_what_came_before_it(self, run):
+        """The piston's place at the checkpoint, and the frames of earlier launches."""
+        piston = {"acceleration": 1.0, "mass": 1.0}
+        case = case_of(COLLISION, {"piston": piston, "contact.largest_overlap": 0.4})
+        step, samples = case.time.frame_every, case.time.frame_every // case.time.sample_every
+        segment = RunDirectory(run.path / "segments" / "1")
+        segment.dumps.mkdir(parents=True)
+        write_frame(segment, 0, pair(-1.0))
+        write_frame(segment, step, [[0.0, 0.0, 0.0], [0.003, 0.0, 0.0]])
+        write_series(segment, row(case, samples, piston_x_m=-0.0002))
+        then = replace(case, checkpoint=Checkpoint(1, step, "x", 0.0))
+        write_frame(run, step, [[0.0, 0.0, 0.0], [0.003, 0.0, 0.0]])
+        assert "the piston" in Watch(then, run).judge().where[0]
+        (run.dumps / f"particles.{step:010d}.bin").unlink()
+        later = replace(case, checkpoint=Checkpoint(1, step + case.time.sample_every, "x", 0.0))
+        write_frame(run, 2 * step, [[0.003, 0.0, 0.0]], ids=[2])
+        found = Watch(later, run).judge()
+        assert found.where[-1].startswith(f"in the frame before, of step {step}: particle 1 at (0,")
 
     def test_a_continuation_begins_with_the_frame_of_its_checkpoint(self, run, case):
         step = case.time.frame_every
@@ -331,11 +369,20 @@ class TestLooking:
         with pytest.raises(RunUnstableError):
             watch.look()
 
-    def test_for_what_is_not_a_number_there_is_no_checkpoint(self, run, case):
+    def test_for_what_is_not_a_number_there_is_no_checkpoint(self, run, case, monkeypatch):
+        """Only the frame that tells which particle it was is waited for."""
+        monkeypatch.setattr("liggghts_driver.watch.look._EVERY_S", 0.0)
+        monkeypatch.setattr("liggghts_driver.watch.look._SHARE", 1e9)
         asked: list[int] = []
+        watch = Watch(case, run, lambda: asked.append(1), grace_s=1e3)
+        write_frame(run, 0, pair(-1.0))
         write_series(run, row(case, kinetic_energy_j=math.nan))
-        with pytest.raises(RunUnstableError, match="not a number"):
-            Watch(case, run, lambda: asked.append(1)).look()
+        watch.look()
+        assert "nothing touches" in watch.finding.where[1]
+        write_frame(run, case.time.frame_every, pair(math.nan))
+        with pytest.raises(RunUnstableError, match="not a number: 2") as caught:
+            watch.look()
+        assert "in the frame before, of step 0: particle 2 at (0.0045, 0, 0)" in str(caught.value)
         assert not asked
 
     def test_it_does_not_look_all_the_time(self, run, case):
@@ -379,11 +426,45 @@ class TestARun:
         assert restart.name in text
         assert run.segments() == []
 
-    def test_it_is_not_gone_on_with(self, failed, engine, case):
+    @pytest.mark.parametrize("behaviour", ["wild", "nan", "error"])
+    def test_the_very_same_is_not_run_again(self, failed, engine, case, behaviour):
+        run, _ = failed(behaviour)
+        before = {path: path.read_bytes() for path in run.path.rglob("*") if path.is_file()}
+        engine("")  # is not launched
+        with pytest.raises(RunUnstableError, match="not run again") as caught:
+            run_case(case, run)
+        assert run.read_state()["diagnosis"]["seen"] in str(caught.value)
+        assert "remove the folder" in str(caught.value)
+        claims = {path for path in before if path.name.startswith("claim")}
+        assert all(path.read_bytes() == before[path] for path in before.keys() - claims)
+
+    def test_with_another_number_of_processes_it_starts_anew(
+        self, failed, engine, case, monkeypatch
+    ):
         run, _ = failed("wild")
         engine("")
-        assert run_case(case, run).thermo.rows["Step"].iloc[0] == 0
+        monkeypatch.setenv("LIGGGHTS_DRIVER_LAUNCHER", "env")  # one engine
+        assert run_case(case, run, ranks=2).thermo.rows["Step"].iloc[0] == 0
         assert json.loads((run.path / "attempt-1" / "run.json").read_text())["state"] == "failed"
+
+    def test_it_does_not_go_on_from_a_checkpoint_before(self, engine, case, tmp_path):
+        """What was found may have begun before the checkpoint, and would be found again."""
+        run, stop = RunDirectory(tmp_path / "run"), Stop()
+        engine("slow")
+        with pytest.raises(RunInterrupted):
+            run_case(case, run, on_step=lambda _: stop.asked or stop.ask(), stop=stop)
+        assert len(run.segments()) == 1
+        engine("wild")
+        with pytest.raises(RunUnstableError, match="was stopped"):
+            run_case(case, run)
+        engine("")
+        with pytest.raises(RunUnstableError, match="not run again"):
+            run_case(case, run)
+        state = run.read_state()
+        run.write_state(**{**state, "engine": "another version"})
+        assert run_case(case, run).thermo.rows["Step"].iloc[0] == 0
+        assert run.segments() == []
+        assert (run.path / "attempt-1" / "segments" / "1").exists()
 
     def test_it_is_ended_at_once_without_a_number(self, failed):
         run, text = failed("nan")

@@ -20,6 +20,7 @@ from liggghts_driver.cli.options import (
     Tolerance,
     with_tolerance,
 )
+from liggghts_driver.cli.paper import paper
 from liggghts_driver.cli.progress import follow
 from liggghts_driver.cli.study import study
 from liggghts_driver.cli.sweep import sweep
@@ -32,6 +33,7 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
     rich_markup_mode=None,
 )
+study.command()(paper)
 app.add_typer(study, name="study")
 app.add_typer(sweep, name="sweep")
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from typing import TYPE_CHECKING, Any
 
 from rich.console import Console
@@ -11,19 +12,36 @@ from liggghts_driver.cli.show import document
 from liggghts_driver.report.numbers import NONE, number
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Callable, Mapping, Sequence
     from pathlib import Path
 
 _HEADS = ("case", "hardest invariant", "worst", "limit", "margin", "then")
 _NUMBERS = frozenset({"worst", "limit", "margin"})
+#: Columns of what was broken on purpose, and the sabotages that each is about.
+_SABOTAGES: Mapping[str, Callable[[str], bool]] = {
+    "step": lambda name: name.startswith("step"),
+    "walls left out": lambda name: name.startswith("no wall"),
+    "piston": lambda name: name == "no piston",
+    "drag": lambda name: name.startswith("CrankNicolson"),
+}
 
 
 def stability(results: Mapping[str, Any], folder: Path, *, as_json: bool) -> None:
-    """The table, the cases that are not as expected, and where the files are."""
+    """The tables, what is not as expected, and where the files are."""
     if as_json:
         document({**results, "folder": str(folder)})
         return
-    console = Console(highlight=False)
+    console = Console(highlight=False, markup=False)
+    _cases(results, console)
+    if results["on_purpose"]:
+        _on_purpose(results, console)
+    files = ["stability.json", "stability.csv"]
+    files += ["broken.csv"] if results["on_purpose"] else []
+    files += ["stability.png"] if results["map"] else []
+    console.print(f"{', '.join(files)} in {folder}", soft_wrap=True)
+
+
+def _cases(results: Mapping[str, Any], console: Console) -> None:
     table = Table(box=None, padding=(0, 1, 0, 0))
     for head in _HEADS:
         table.add_column(head, justify="right" if head in _NUMBERS else "left")
@@ -33,11 +51,38 @@ def stability(results: Mapping[str, Any], folder: Path, *, as_json: bool) -> Non
     for row in results["cases"]:
         if not row["as_expected"]:
             why = row["why"] or f"{row['expected']} was expected"
-            console.print(f"broken: {row['case']}: {why}", markup=False, soft_wrap=True)
+            console.print(f"broken: {row['case']}: {why}", soft_wrap=True)
     if not results["broken"]:
         console.print(f"all {len(results['cases'])} cases are as expected")
-    files = "stability.json, stability.csv" + (", stability.png" if results["map"] else "")
-    console.print(f"{files} in {folder}", markup=False, soft_wrap=True)
+
+
+def _on_purpose(results: Mapping[str, Any], console: Console) -> None:
+    """Who caught what was broken on purpose: a row for each case, then what hides."""
+    table = Table(box=None, padding=(0, 1, 0, 0), title="broken on purpose, and caught by")
+    table.add_column("case", no_wrap=True)
+    for head in _SABOTAGES:
+        table.add_column(head)
+    rows = results["on_purpose"]
+    for case in dict.fromkeys(row["case"] for row in rows):
+        own = [row for row in rows if row["case"] == case]
+        kinds = ([r for r in own if is_one(r["sabotage"])] for is_one in _SABOTAGES.values())
+        table.add_row(case, *map(_catchers, kinds))
+    console.print(table)
+    for row in rows:
+        if row["fate"] not in ("caught", "no difference"):
+            words = f"{row['fate']}: {row['case']}, {row['sabotage']}: {row['sentence']}"
+            console.print(words, soft_wrap=True)
+    if not results["hidden"]:
+        caught = sum(row["fate"] == "caught" for row in rows)
+        console.print(f"{caught} of {len(rows)} sabotages are caught, the others break nothing")
+
+
+def _catchers(rows: Sequence[Mapping[str, Any]]) -> str:
+    """Who caught these, and how many where they are several."""
+    counts: Counter[str] = Counter(row["by"] or row["fate"] for row in rows)
+    if len(rows) == 1:
+        return next(iter(counts))
+    return ", ".join(f"{count} {who}" for who, count in counts.most_common()) or NONE
 
 
 def _cells(row: Mapping[str, Any]) -> list[str]:

@@ -139,22 +139,28 @@ def _knobs(text: str | None) -> Sequence[str]:
     return found
 
 
-def _run(tasks: Sequence[Task], *, quiet: bool, name_failures: bool = True) -> dict[str, Outcome]:
+def _run(
+    tasks: Sequence[Task], *, quiet: bool, name_failures: bool = True, side_by_side: bool = False
+) -> dict[str, Outcome]:
     """Run what a study needs, and name what failed, unless it is meant to; how each ended.
 
-    An interrupt ends the command.
+    One after another, so that times can be compared, or side by side. An interrupt ends the
+    command.
     """
     from liggghts_driver.cli import show_sweep
     from liggghts_driver.engine.find import find_engine
     from liggghts_driver.engine.stop import Stop
-    from liggghts_driver.studies.tasks import run_tasks, unfinished
+    from liggghts_driver.studies.tasks import run_side_by_side, run_tasks, unfinished, untried
+    from liggghts_driver.sweeps.local import cores_here
 
-    to_do = unfinished(tasks)
+    to_do, cores = unfinished(tasks), 1
+    if side_by_side:
+        to_do, cores = untried(tasks), len(cores_here())
     if to_do:
         find_engine()  # one message instead of as many failures as there are runs
     stop = Stop(checkpoint_every_s=CHECKPOINT_EVERY_S)
-    with show_sweep.following(to_do, 1, quiet=quiet) as listener:
-        outcomes = run_tasks(tasks, stop, listener)
+    with show_sweep.following(to_do, cores, quiet=quiet) as listener:
+        outcomes = (run_side_by_side if side_by_side else run_tasks)(tasks, stop, listener)
     if stop.asked:
         typer.echo("interrupted; the same command goes on from there", err=True)
         raise typer.Exit(INTERRUPTED)
@@ -199,6 +205,9 @@ def stability(
     no_margin: Annotated[
         bool, typer.Option("--no-margin", help="At their own settings alone, and without the map.")
     ] = False,
+    no_broken: Annotated[
+        bool, typer.Option("--no-broken", help="Without the cases broken on purpose.")
+    ] = False,
     out: Annotated[Path, typer.Option("--out", help="Folder of the study.")] = STABILITY,
     runs: Annotated[
         Optional[Path],  # noqa: UP045
@@ -208,9 +217,11 @@ def stability(
 ) -> None:
     """Hard cases: what comes nearest to breaking in each, and how much larger a step may be.
 
-    Exit code 0 only if every case is as expected at its own settings.
+    Then each is broken on purpose, which must be caught. Exit code 0 only if every case is as
+    expected at its own settings, and nothing that was broken hides.
     """
     from liggghts_driver.cli import show_stability
+    from liggghts_driver.studies.broken import study_broken
     from liggghts_driver.studies.hard_cases import CASES, hard_cases
     from liggghts_driver.studies.stability import study_stability
     from liggghts_driver.studies.stability_map import run_map
@@ -226,7 +237,8 @@ def stability(
     run = partial(_run, quiet=as_json, name_failures=False)
     studied = study_stability(chosen, folder, run, margins=not no_margin)
     points = [] if no_margin else run_map(folder, run)
-    results = write_results(studied, points, out, sys.argv)
+    broken = [] if no_broken else study_broken(studied, folder, partial(run, side_by_side=True))
+    results = write_results(studied, points, out, broken, sys.argv)
     show_stability.stability(results, out, as_json=as_json)
-    if results["broken"]:
+    if results["broken"] or results["hidden"]:
         raise typer.Exit(1)

@@ -102,6 +102,8 @@ def build_deck(
     }
     names = ("deck.in", PIECES_FILE, CHECKPOINT_FILE)
     files = {name: render(f"{name}.j2", values) for name in names}
+    if case.edit is not None:
+        files["deck.in"] = case.edit(files["deck.in"])
     files[CONTROL_FILE] = NOTHING_ASKED
     if case.checkpoint is None:
         files[DATA_FILE] = particle_data(case)

@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING
 
 from liggghts_driver.effects import drag_law
 from liggghts_driver.effects.base import Refresh
+from liggghts_driver.effects.pressure import is_carried, swing_formula
 from liggghts_driver.physics.drag import pressure_force_n
 
 if TYPE_CHECKING:
@@ -55,9 +56,14 @@ class KeptDrag:
         return self.follows_slip and self.case.time.drag_resolved
 
     @property
+    def ahead_steps(self) -> float:
+        """Steps from a refresh to the middle of what it is kept for."""
+        return 0.5 * (self.case.time.refresh_every + 1)
+
+    @property
     def ahead_s(self) -> float:
-        """Time from a refresh to the middle of what it is kept for."""
-        return 0.5 * (self.case.time.refresh_every + 1) * self.case.time.step_s
+        """The same in seconds."""
+        return self.ahead_steps * self.case.time.step_s
 
     @property
     def ahead(self) -> float:
@@ -66,9 +72,16 @@ class KeptDrag:
 
     @property
     def pressure_per_r3(self) -> float:
-        """Pressure force per cubed radius, Eq. 20 [N/m3]."""
+        """Pressure force per cubed radius, Eq. 20, at its largest [N/m3]; 0 if not carried."""
         pressure = self.case.scene.pressure
-        return pressure_force_n(1.0, pressure.gradient) if pressure else 0.0
+        if pressure is None or not is_carried(self.case):
+            return 0.0
+        return pressure_force_n(1.0, pressure.gradient)
+
+    @property
+    def swing(self) -> str:
+        """What of it there is at the middle of the coming interval; empty if it is constant."""
+        return swing_formula(self.case, self.ahead_steps)
 
     def values(self) -> dict[str, object]:
         """For the fragments ``drag_kept``, ``drag_held`` and ``drag_implicit``."""
@@ -87,6 +100,7 @@ class KeptDrag:
             ),
             "moving": self._midway() if moving else "",
             "pressure_per_r3": self.pressure_per_r3,
+            "swing": self.swing,
             "regions": self.specimen,
         }
         if self.held:
@@ -169,10 +183,11 @@ class KeptDrag:
         return "+".join(terms)
 
     def _pressed(self) -> str:
-        """Pressure force where the particle is at the middle of the interval."""
+        """Pressure force at the middle of the interval, where the particle then is."""
         if not self.pressure_per_r3:
             return ""
-        return f"f_pressure*({self._x_then()}>=0.0)" if self.specimen else "f_pressure"
+        force = "f_pressure*v_swing" if self.swing else "f_pressure"
+        return f"{force}*({self._x_then()}>=0.0)" if self.specimen else force
 
     def _x_then(self) -> str:
         return f"x+{self.ahead_s!r}*vx"

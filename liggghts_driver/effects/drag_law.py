@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 from liggghts_driver.physics.drag import BRANCHES, reynolds
 from liggghts_driver.prediction import pore_velocity_m_s
-from liggghts_driver.timestep import fluid_acceleration_m_s2
+from liggghts_driver.speeds import fluid_acceleration_m_s2
 
 if TYPE_CHECKING:
     from liggghts_driver.case import Case

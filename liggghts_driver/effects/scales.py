@@ -12,7 +12,7 @@ from liggghts_driver.drag_plan import drag_relaxation_s
 from liggghts_driver.physics.drag import pressure_force_n
 from liggghts_driver.physics.spheres import sphere_volume_m3
 from liggghts_driver.prediction import pore_velocity_m_s
-from liggghts_driver.timestep import fluid_speed_m_s
+from liggghts_driver.speeds import fluid_speed_m_s
 
 if TYPE_CHECKING:
     from liggghts_driver.case import Case
@@ -39,7 +39,8 @@ class Scales:
     relaxation_s
         m / K of the drag at that speed; infinite without a fluid.
     pressure_n, weight_n
-        Pressure force (Eq. 20) and weight; zero where there is none.
+        Pressure force (Eq. 20; at its largest, if it goes to and fro) and weight; zero where there
+        is none.
     carried_n
         Drag of the moving fluid on the particle at rest: inside the specimen, where the flow is
         measured, or in the box; zero where there is none.

@@ -33,9 +33,14 @@ def failure_message(run: RunDirectory, faults: list[str], notes: Sequence[str] =
     return "\n".join(parts)
 
 
+def engine_errors(run: RunDirectory) -> list[str]:
+    """What the engine printed as errors; those of a single process are in no log."""
+    return _errors(_read(run.stdout))
+
+
 def lost_spheres(run: RunDirectory) -> bool:
     """Whether the engine ended because spheres had left its box."""
-    return any(_LOST.search(line) for line in _errors(_read(run.stdout)))
+    return any(_LOST.search(line) for line in engine_errors(run))
 
 
 def _errors(text: str) -> list[str]:

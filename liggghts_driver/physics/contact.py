@@ -77,6 +77,30 @@ def largest_overlap_m(a: Body, b: Body, relative_speed_m_s: float) -> float:
     return float((energy / coefficient) ** 0.4)
 
 
+def pressed_overlap_m(a: Body, b: Body, force_n: float) -> float:
+    """Overlap of a Hertz contact at rest under a force [m]: F = (4/3) E* sqrt(r*) delta^(3/2)."""
+    stiffness = 4.0 / 3.0 * effective_modulus_pa(a, b) * math.sqrt(effective_radius_m(a, b))
+    return float((force_n / stiffness) ** (2.0 / 3.0))
+
+
+def pressed_half_period_s(a: Body, b: Body, force_n: float) -> float:
+    """Half a period of small oscillations about a contact under a force [s].
+
+    Half of 2 pi sqrt(m* / S) with the tangent stiffness S = dF / d delta = (3/2) F / delta. It is
+    to a pressed contact what its duration is to a collision: a collision whose largest force is F
+    lasts 1.28 times as long.
+
+    Raises
+    ------
+    ValueError
+        If the force is not positive: a contact without a force has no stiffness.
+    """
+    if not force_n > 0:
+        raise ValueError(f"force_n = {force_n}: must be above 0")
+    stiffness = 1.5 * force_n / pressed_overlap_m(a, b, force_n)
+    return math.pi * math.sqrt(effective_mass_kg(a, b) / stiffness)
+
+
 def pull_off_force_n(a: Body, b: Body, energy_density_j_m3: float) -> float:
     """Force that parts two bodies held together by a cohesion energy density [N].
 

@@ -14,14 +14,15 @@ from liggghts_driver import __version__
 from liggghts_driver.accuracy import accuracy_facts
 from liggghts_driver.effects import active_effects
 from liggghts_driver.flowing import flowing_threshold_m_s
-from liggghts_driver.prediction import NoDarcyError, predict
+from liggghts_driver.identity import scene_hash, templates_hash
+from liggghts_driver.prediction import NoDarcyError, steady_estimate
+from liggghts_driver.results.collisions import unseen_collisions
 from liggghts_driver.results.comparison import compare
 from liggghts_driver.results.exact import exact_checks
 from liggghts_driver.results.plain import plain
 from liggghts_driver.results.positions import largest_overlap_over_radius
 from liggghts_driver.results.series import complete_series, read_run_series
 from liggghts_driver.results.verdict import judge
-from liggghts_driver.rundir import scene_hash, templates_hash
 from liggghts_driver.statistics import Rate, SeriesMean, flow_rate, series_mean
 
 if TYPE_CHECKING:
@@ -63,7 +64,7 @@ def analyse(run: FinishedRun) -> Answer:
     results = {
         "verdict": verdict.verdict,
         "reasons": list(verdict.reasons),
-        "notes": _notes(case, velocity),
+        "notes": _notes(case, velocity, unseen_collisions(case, series, overlap)),
         "title": case.scene.title,
         "accuracy": accuracy_facts(case.identity),
         "counts": {
@@ -90,9 +91,9 @@ def analyse(run: FinishedRun) -> Answer:
     return Answer(series, plain(results))
 
 
-def _notes(case: Case, velocity: SeriesMean | None) -> list[str]:
+def _notes(case: Case, velocity: SeriesMean | None, unseen: str | None) -> list[str]:
     """What a reader should know although the verdict, which is about the flow, stands."""
-    notes = []
+    notes = [] if unseen is None else [unseen]
     if velocity is not None and not velocity.steady:
         reason = velocity.reason
         notes.append(f"the mean velocity of the flowing particles is not steady: {reason}")
@@ -169,7 +170,7 @@ def _specimen(case: Case) -> dict[str, Any]:
 
 def _estimate(case: Case) -> dict[str, Any]:
     try:
-        return {"applies": True, **predict(case.scene).as_dict()}
+        return {"applies": True, **steady_estimate(case.scene).as_dict()}
     except NoDarcyError as error:
         return {"applies": False, "reason": str(error)}
 

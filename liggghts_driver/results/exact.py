@@ -55,6 +55,8 @@ def _lone_sphere(scene: Scene, last: Instant) -> list[dict[str, Any]]:
     still = fluid is not None and fluid.velocity_outside == "still" and scene.gravity is None
     if fluid is None or pressure is None or not still or len(scene.spheres) != 1:
         return []
+    if pressure.period is not None:
+        return []  # it never comes to a balance
     radius = scene.spheres[0].radius
     force = pressure_force_n(radius, pressure.gradient)
     exact = free_flight_speed_m_s(fluid.density, fluid.viscosity, radius, force)

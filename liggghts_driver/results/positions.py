@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
 import pandas as pd
 
+from liggghts_driver.contacts import contacts_at, largest_over_radius
 from liggghts_driver.deck.build import FRAME_COLUMNS
 from liggghts_driver.errors import ParseError
 from liggghts_driver.results.binarydump import iter_binary_frames
-from liggghts_driver.results.contacts import contacts_at, largest_over_radius
 from liggghts_driver.results.series import read_run_series
 
 if TYPE_CHECKING:
@@ -92,10 +93,15 @@ def volumes_past_sections(run: RunDirectory, case: Case) -> pd.DataFrame:
 
 
 def largest_overlap_over_radius(run: RunDirectory, case: Case) -> float:
-    """Largest overlap of any contact in any frame, over the radius of the smaller partner."""
+    """Largest overlap of any contact in any frame, over the radius of the smaller partner.
+
+    nan where a place is not a number.
+    """
     worst = 0.0
     piston = _piston_places(run, case)
     for instant in iter_instants(run):
+        if not np.isfinite(instant.positions_m).all():
+            return math.nan
         place = piston[instant.step] if case.scene.piston is not None else None
         contacts = contacts_at(instant.positions_m, case, piston_x_m=place)
         worst = max(worst, largest_over_radius(contacts))

@@ -57,21 +57,38 @@ def read_series(path: Path) -> pd.DataFrame:
     return table.astype({"step": np.int64})
 
 
-def _numbers(line: str, names: list[str], where: str) -> list[float]:
+#: Columns that hold the largest of all particles, and what the engine has for the largest of none.
+_LARGEST = frozenset({"largest_speed_m_s", "largest_reynolds_squared"})
+_OF_NONE = -1e20
+
+
+def read_row(line: str, names: list[str]) -> list[float]:
+    """The numbers of a row; the largest of no particles, or of no numbers, is 0.
+
+    Raises
+    ------
+    ValueError
+        If it has not one number for each name; the message says what it has.
+    """
     try:
         numbers = [float(word) for word in line.split()]
     except ValueError:
-        raise ParseError(f"{where}: expected {len(names)} numbers, found {line[:80]!r}") from None
+        raise ValueError(f"expected {len(names)} numbers, found {line[:80]!r}") from None
     if len(numbers) != len(names):
-        raise ParseError(f"{where}: expected {len(names)} numbers, found {len(numbers)}")
+        raise ValueError(f"expected {len(names)} numbers, found {len(numbers)}")
+    row = zip(names, numbers, strict=True)
+    return [0.0 if name in _LARGEST and value == _OF_NONE else value for name, value in row]
+
+
+def _numbers(line: str, names: list[str], where: str) -> list[float]:
+    try:
+        numbers = read_row(line, names)
+    except ValueError as error:
+        raise ParseError(f"{where}: {error}") from None
     step = numbers[names.index("step")]
     if not step.is_integer():
         raise ParseError(f"{where}: {step} is no step")
     return numbers
-
-
-#: Columns that hold the largest of all particles; of none the engine's is its smallest number.
-_LARGEST = ("largest_speed_m_s", "largest_reynolds_squared")
 
 
 def complete_series(raw: pd.DataFrame, case: Case) -> pd.DataFrame:
@@ -81,8 +98,6 @@ def complete_series(raw: pd.DataFrame, case: Case) -> pd.DataFrame:
     ``volume_<section>_m3`` (volume that has passed a section since the start),
     ``flowing_velocity_m_s`` (nan while nothing flows) and ``largest_reynolds``.
     """
-    if not case.population.particles:
-        raw = raw.assign(**{name: 0.0 for name in _LARGEST if name in raw})
     table = pd.concat([_start(raw, case), raw], ignore_index=True)
     table.insert(1, "time_s", table["step"] * case.time.step_s)
     for name in case.layout.sections:

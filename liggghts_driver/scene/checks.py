@@ -37,7 +37,7 @@ def scene_mistakes(scene: Scene) -> list[Mistake]:
     """Every contradiction between the tables of a scene."""
     checks = (
         _domain, _population, _radii, _specimen, _contact, _near_field, _cohesion, _fluid,
-        _piston, _time, _spheres,
+        _pressure, _piston, _time, _spheres,
     )  # fmt: skip
     mistakes = [mistake for check in checks for mistake in check(scene)]
     # How full the suspension is can be asked only of a scene without contradictions.
@@ -190,6 +190,17 @@ def _fluid(scene: Scene) -> Iterator[Mistake]:
     if scene.drag.scheme == "implicit" and scene.drag.carrier == "addforce":
         bound = "the implicit scheme is the coupling's own"
         yield Mistake("drag.carrier", "addforce", bound, "use coupling, or drag.scheme = held")
+
+
+def _pressure(scene: Scene) -> Iterator[Mistake]:
+    """The pore velocity is that of Darcy's law, which is about a steady flow."""
+    pressure, fluid = scene.pressure, scene.fluid
+    if pressure is None or pressure.period is None or fluid is None:
+        return
+    if fluid.velocity_inside == "pore":
+        bound = "Darcy's pore velocity belongs to a constant gradient; this one has a period"
+        fix = 'use "still", or remove pressure.period'
+        yield Mistake("fluid.velocity_inside", "pore", bound, fix)
 
 
 def _piston(scene: Scene) -> Iterator[Mistake]:

@@ -192,6 +192,7 @@ class Pressure(Table):
     """The pressure gradient inside the specimen (in a box: everywhere)."""
 
     gradient: Number = key("Pa/m", "drop of pressure per length towards +x, |grad p|")
+    period: Number | None = key("s", "it goes as cos(2 pi t/period); default: constant", None, gt=0)
 
 
 class Drag(Table):

@@ -71,6 +71,7 @@ CASES = (
     HardCase("no_particle"),
     HardCase("gradient_thousandfold", quick=False),
     HardCase("gradient_negative", quick=False),
+    HardCase("gradient_changes_sign"),
     HardCase("friction_ten"),
     HardCase("fluid_reverses"),
     HardCase("no_wide_pores", quick=False),

@@ -78,6 +78,11 @@ class Invariant:
         """Whether it does not hold."""
         return self.share > 1.0
 
+    @property
+    def sentence(self) -> str:
+        """Its worst value and its limit, in words."""
+        return f"{self.name}: {self.worst:.3g}, at most {self.limit:.3g}"
+
 
 def invariants_of(ran: Ran) -> list[Invariant]:
     """Everything that one run says by itself."""
@@ -113,7 +118,9 @@ def changed_by(coarse: Ran, fine: Ran) -> Invariant:
     if not ways.any():
         return Invariant(name, 0.0, MOST_CHANGE, "no particle moves")
     count, scale = len(ways), float(np.sqrt((ways**2).mean()))
-    change = _late(coarse) - _late(fine)
+    # A run is whole steps: with another step it may end a little later.
+    until_s = min(float(coarse.times_s[-1]), float(fine.times_s[-1]))
+    change = _late(coarse, until_s) - _late(fine, until_s)
     if count < _SEVERAL:
         apart = float(np.sqrt((change**2).sum(axis=1).mean()))
         return Invariant(name, apart / scale, MOST_CHANGE)
@@ -122,9 +129,9 @@ def changed_by(coarse: Ran, fine: Ran) -> Invariant:
     return Invariant(name, apart / scale, MOST_CHANGE + error / scale)
 
 
-def _late(ran: Ran) -> Array:
-    """Mean place of each particle over the second half of a run, in time, ``(particles, 3)``."""
-    times = np.linspace(0.5, 1.0, 501) * ran.times_s[-1]
+def _late(ran: Ran, until_s: float) -> Array:
+    """Mean place of each particle over the second half of a time, ``(particles, 3)``."""
+    times = np.linspace(0.5, 1.0, 501) * until_s
     places = ran.positions_m.reshape(len(ran.times_s), -1).T
     means = [float(np.interp(times, ran.times_s, place).mean()) for place in places]
     return np.array(means).reshape(-1, 3)

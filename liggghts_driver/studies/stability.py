@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from liggghts_driver.case import make_case
+from liggghts_driver.contacts import contacts_at, largest_over_radius
 from liggghts_driver.engine.stop import Stop
 from liggghts_driver.errors import DriverError, PackingError, SceneError
 from liggghts_driver.rundir import RunDirectory
@@ -229,7 +230,7 @@ def judged(factor: float, invariants: Sequence[Invariant], results: Mapping[str,
     worst = hardest(invariants)
     why = ""
     if worst.broken:
-        why = f"{worst.name}: {worst.worst:.3g}, at most {worst.limit:.3g}"
+        why = worst.sentence
     elif results["verdict"] == "invalid":
         reasons = results["reasons"]
         assert isinstance(reasons, list)
@@ -244,11 +245,11 @@ def _own_trial(each: Studied, task: Task | None, runs: Path) -> Trial:
     if not (each.case.restarts and trial.holds):
         return trial
     ran = read_ran(task.folder)
-    return judged(1.0, [*trial.invariants, _restarted(each, ran, runs)], ran.results)
+    return judged(1.0, [*trial.invariants, *_restarted(each, ran, runs)], ran.results)
 
 
-def _restarted(each: Studied, whole: Ran, runs: Path) -> Invariant:
-    """How much a run that goes on from checkpoints differs from the whole one."""
+def _restarted(each: Studied, whole: Ran, runs: Path) -> list[Invariant]:
+    """How much a run that goes on from checkpoints in contacts differs from the whole one."""
     name, limit = "change by a restart", _MOST_BY_A_RESTART
     assert each.scene is not None
     whole_folder = run_folder(each.scene, runs)
@@ -257,10 +258,27 @@ def _restarted(each: Studied, whole: Ran, runs: Path) -> Invariant:
         if not is_done(folder):
             solve(each.scene, folder, stop=_InParts(_CHECKPOINTS), report=False)
     except DriverError as error:
-        return Invariant(f"{name} ({_first_fault(error)})", math.nan, limit)
+        return [Invariant(f"{name} ({_first_fault(error)})", math.nan, limit)]
     parts = read_ran(folder)
     apart = float(np.abs(parts.positions_m - whole.positions_m).max())
-    return Invariant(name, apart / float(whole.case.population.particle_radii_m.min()), limit)
+    share = apart / float(whole.case.population.particle_radii_m.min())
+    steps = [checkpoint["step"] for checkpoint in RunDirectory(folder).checkpoints()]
+    outside = _CHECKPOINTS - sum(overlap > 0.0 for overlap in overlaps_at(parts, steps))
+    return [
+        Invariant(name, share, limit),
+        Invariant("checkpoints outside a contact", float(outside), 0.0),
+    ]
+
+
+def overlaps_at(ran: Ran, steps: Sequence[int]) -> list[float]:
+    """The largest overlap over radius in the frames of some steps; nan where there is no frame."""
+    frames = {round(time_s / ran.case.time.step_s): n for n, time_s in enumerate(ran.times_s)}
+    return [
+        largest_over_radius(contacts_at(ran.positions_m[frames[step]], ran.case))
+        if step in frames
+        else math.nan
+        for step in steps
+    ]
 
 
 class _InParts(Stop):

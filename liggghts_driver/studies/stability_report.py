@@ -9,8 +9,9 @@ from typing import TYPE_CHECKING, Any
 import pandas as pd
 
 from liggghts_driver import __version__
+from liggghts_driver.identity import templates_hash
 from liggghts_driver.results.plain import plain
-from liggghts_driver.rundir import templates_hash, write_bytes, write_text
+from liggghts_driver.rundir import write_bytes, write_text
 from liggghts_driver.studies.invariants import hardest
 from liggghts_driver.studies.stability_figure import draw_stability
 
@@ -18,6 +19,7 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
     from pathlib import Path
 
+    from liggghts_driver.studies.broken import Broken
     from liggghts_driver.studies.invariants import Invariant
     from liggghts_driver.studies.stability import Studied, Trial
     from liggghts_driver.studies.stability_map import Point
@@ -27,10 +29,15 @@ _COLUMNS = (
     "case", "hard", "expected", "as_expected", "step_s", "hardest_invariant", "worst", "limit",
     "share_of_limit", "margin", "breaks_at", "breaks_by", "refused_beyond", "why",
 )  # fmt: skip
+#: The same of what is broken on purpose.
+_BROKEN_COLUMNS = ("case", "sabotage", "fate", "by", "apart_over_radius", "sentence")
 
 
 def results_of(
-    studied: Sequence[Studied], points: Sequence[Point] = (), command: Sequence[str] = ()
+    studied: Sequence[Studied],
+    points: Sequence[Point] = (),
+    broken: Sequence[Broken] = (),
+    command: Sequence[str] = (),
 ) -> dict[str, Any]:
     """Everything that the study found, as ``stability.json`` holds it.
 
@@ -40,6 +47,8 @@ def results_of(
         Every hard case.
     points
         Of the map; none where it was not made.
+    broken
+        The cases broken on purpose; none where they were not.
     command
         What was typed.
     """
@@ -51,6 +60,8 @@ def results_of(
                 "cases": rows,
                 "broken": [row["case"] for row in rows if not row["as_expected"]],
                 "map": [vars(point) for point in points],
+                "on_purpose": [_broken(each) for each in broken],
+                "hidden": [f"{each.case}, {each.sabotage}" for each in broken if each.hides],
                 "provenance": {
                     "command": list(command),
                     "templates_sha256": templates_hash(),
@@ -65,13 +76,20 @@ def write_results(
     studied: Sequence[Studied],
     points: Sequence[Point],
     folder: Path,
+    broken: Sequence[Broken] = (),
     command: Sequence[str] = (),
 ) -> dict[str, Any]:
-    """Write ``stability.json``, ``stability.csv`` and, with a map, ``stability.png``."""
-    results = results_of(studied, points, command)
+    """Write ``stability.json`` and ``stability.csv``.
+
+    With a map ``stability.png`` too, and ``broken.csv`` where cases were broken on purpose.
+    """
+    results = results_of(studied, points, broken, command)
     write_text(folder / "stability.json", json.dumps(results, indent=2, allow_nan=False) + "\n")
     table = pd.DataFrame(results["cases"], columns=list(_COLUMNS))
     write_text(folder / "stability.csv", table.to_csv(index=False))
+    if broken:
+        table = pd.DataFrame(results["on_purpose"], columns=list(_BROKEN_COLUMNS))
+        write_text(folder / "broken.csv", table.to_csv(index=False))
     if points:
         write_bytes(folder / "stability.png", draw_stability(points))
     return results
@@ -98,6 +116,17 @@ def _row(each: Studied) -> dict[str, Any]:
         "why": own.why,
         "invariants": [_invariant(invariant) for invariant in own.invariants],
         "trials": [_trial(trial) for trial in sorted(each.trials, key=lambda t: t.factor)],
+    }
+
+
+def _broken(each: Broken) -> dict[str, Any]:
+    return {
+        "case": each.case,
+        "sabotage": each.sabotage,
+        "fate": each.fate,
+        "by": each.by,
+        "apart_over_radius": each.apart if math.isfinite(each.apart) else None,
+        "sentence": each.sentence,
     }
 
 

@@ -6,16 +6,17 @@ from functools import partial
 from typing import TYPE_CHECKING, Protocol, TypeVar
 
 from liggghts_driver.engine.stop import signals_as_wishes
-from liggghts_driver.rundir import templates_hash
+from liggghts_driver.identity import templates_hash
 from liggghts_driver.sweeps.draft import run_name
 from liggghts_driver.sweeps.local import cores_here, run_local
 from liggghts_driver.sweeps.task import Outcome, Task
 from liggghts_driver.sweeps.work import failures, is_done
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
+    from collections.abc import Callable, Mapping, Sequence
     from pathlib import Path
 
+    from liggghts_driver.case import Case
     from liggghts_driver.engine.stop import Stop
     from liggghts_driver.scene.model import Scene
     from liggghts_driver.sweeps.task import Listener
@@ -97,6 +98,21 @@ def run_tasks(
     return outcomes
 
 
+def untried(tasks: Sequence[Task]) -> list[Task]:
+    """The tasks that are still to be done and have not failed."""
+    return [task for task in unfinished(tasks) if not failures(task.folder)]
+
+
+def run_side_by_side(
+    tasks: Sequence[Task], stop: Stop, listener: Listener | None = None
+) -> dict[str, Outcome]:
+    """Run tasks on all cores at once, whose times nobody compares; what failed before has failed.
+
+    Arguments and what is returned are as of ``run_tasks``; of what is not untried nothing is told.
+    """
+    return run_local(untried(tasks), stop, listener=listener)
+
+
 def core_s(cost: Mapping[str, float]) -> float:
     """A run's processor time, which other work on the machine changes little; else by the clock."""
     return cost.get("cpu_s") or cost["wall_s"] * cost["ranks"]
@@ -108,9 +124,11 @@ def _task(way: Way, scene: Scene, seed: int, runs: Path) -> Task:
     return task_of(f"{way.title}, seed {seed}", wanted, runs / run_name(wanted, seed))
 
 
-def task_of(name: str, scene: Scene, folder: Path) -> Task:
-    """A run of a scene that is there already."""
-    return Task(name, partial(_same, scene), folder)
+def task_of(
+    name: str, scene: Scene, folder: Path, alter: Callable[[Case], Case] | None = None
+) -> Task:
+    """A run of a scene that is there already, ``alter`` as for ``solve``."""
+    return Task(name, partial(_same, scene), folder, alter=alter)
 
 
 def run_folder(scene: Scene, runs: Path) -> Path:

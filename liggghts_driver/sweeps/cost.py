@@ -21,7 +21,8 @@ from liggghts_driver.explain import core_times_s, disk_bytes
 from liggghts_driver.population import Population
 from liggghts_driver.prepare import weak_effects, without
 from liggghts_driver.scene.layout import layout, mean_particle_volume_m3, particle_count
-from liggghts_driver.timestep import plan_time, speed_bound_m_s
+from liggghts_driver.speeds import speed_bound_m_s
+from liggghts_driver.timestep import plan_time
 
 if TYPE_CHECKING:
     from collections.abc import Container

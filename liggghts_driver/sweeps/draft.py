@@ -11,8 +11,8 @@ import numpy as np
 from pydantic import ValidationError
 
 from liggghts_driver.errors import SceneError
+from liggghts_driver.identity import scene_hash
 from liggghts_driver.resources import cases_dir
-from liggghts_driver.rundir import scene_hash
 from liggghts_driver.scene.checks import Mistake
 from liggghts_driver.scene.model import Scene
 from liggghts_driver.scene.read import (

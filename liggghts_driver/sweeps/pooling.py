@@ -16,7 +16,7 @@ import pandas as pd
 from scipy import stats
 
 from liggghts_driver.errors import DriverError
-from liggghts_driver.prediction import predict
+from liggghts_driver.prediction import steady_estimate
 from liggghts_driver.sweeps.table import axis_column, results_in
 
 if TYPE_CHECKING:
@@ -249,7 +249,7 @@ def theory_of(plan: Plan) -> Theory:
     def at(values: Mapping[str, Any]) -> Estimate | None:
         place = {**first.values, **values}  # noqa: PD011 - not those of a table
         try:
-            return predict(plan.scene(replace(first, values=place)))
+            return steady_estimate(plan.scene(replace(first, values=place)))
         except (DriverError, ValueError):  # no such scene, or no law for it
             return None
 

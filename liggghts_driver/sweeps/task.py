@@ -31,6 +31,8 @@ class Task:
         MPI processes.
     cost_s
         Time on one core that it is expected to take; 0 where nothing is known.
+    alter
+        As for ``solve``.
     """
 
     name: str
@@ -38,6 +40,7 @@ class Task:
     folder: Path
     ranks: int = 1
     cost_s: float = 0.0
+    alter: Callable[[Case], Case] | None = None
 
 
 @dataclass(frozen=True)

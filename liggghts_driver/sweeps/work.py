@@ -12,10 +12,12 @@ from liggghts_driver.errors import (
     RunBusyError,
     RunFolderError,
     RunInterrupted,
+    RunUnstableError,
 )
 from liggghts_driver.rundir import RunDirectory
 from liggghts_driver.solve import solve
 from liggghts_driver.sweeps.task import Outcome, Task
+from liggghts_driver.watch import recorded_finding
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -66,8 +68,8 @@ def work_on(
         except (EngineNotFoundError, RunFolderError) as error:
             # No fault of the run, and trying again is no use.
             return Outcome("failed", str(error))
-        if outcome.ending != "failed":
-            return outcome
+        if outcome.ending != "failed" or recorded_finding(RunDirectory(task.folder)):
+            return outcome  # what was stopped for a reason would be stopped for it again
     return outcome
 
 
@@ -81,13 +83,17 @@ def _once(
     before = failures(task.folder)
     scene = task.scene()
     try:
-        solve(scene, task.folder, task.ranks, on_case, on_step, stop, report=False)
+        solve(
+            scene, task.folder, task.ranks, on_case, on_step, stop, report=False, alter=task.alter
+        )
     except RunInterrupted as interrupted:
         return Outcome("interrupted", str(interrupted))
     except RunBusyError as busy:
         return Outcome("busy", str(busy))
     except (EngineNotFoundError, RunFolderError):
         raise  # not noted in the folder: it may be somebody else's
+    except RunUnstableError:
+        return Outcome("failed", _last_reason(task.folder))  # noted already
     except DriverError as error:
         if failures(task.folder) == before:
             with contextlib.suppress(RunBusyError):  # then another worker will note its own

@@ -69,3 +69,19 @@ class Finding:
             f"  everything is kept in {run.path}{state}",
         ]
         return "\n".join(parts)
+
+    def message_again(self, run: RunDirectory) -> str:
+        """The message where such a run is asked for once more, and nothing is done."""
+        parts = [
+            f"not run again: {run.path} holds this very run, which was stopped: {self.fault}",
+            *(f"  {line}" for line in self.details),
+            "  it would go the same way; to see that, remove the folder or choose another (--out)",
+        ]
+        return "\n".join(parts)
+
+
+def recorded_finding(run: RunDirectory) -> Finding | None:
+    """The finding for which the run in a directory failed; None if it did for none."""
+    known = run.read_state()
+    facts = known.get("diagnosis") if known["state"] == "failed" else None
+    return None if facts is None else Finding(**{**facts, "where": tuple(facts["where"])})

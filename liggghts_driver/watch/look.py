@@ -7,8 +7,8 @@ import time
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
+from liggghts_driver.contacts import largest_over_radius
 from liggghts_driver.errors import RunUnstableError
-from liggghts_driver.results.contacts import largest_over_radius
 from liggghts_driver.watch.advice import advice
 from liggghts_driver.watch.finding import HOPELESS, Finding, Rule
 from liggghts_driver.watch.rules import (
@@ -17,17 +17,18 @@ from liggghts_driver.watch.rules import (
     breach_of_contacts,
     breach_of_places,
     breach_of_row,
+    broken_ids,
     missing_ids,
 )
 from liggghts_driver.watch.suspects import last_seen, suspects, whole_contacts
-from liggghts_driver.watch.tail import FrameTail, SeriesTail
+from liggghts_driver.watch.tail import FrameTail, SeriesTail, read_rows
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
     from liggghts_driver.case import Case
     from liggghts_driver.rundir import RunDirectory
-    from liggghts_driver.watch.tail import Snapshot
+    from liggghts_driver.watch.tail import Row, Snapshot
 
 #: Time between two looks.
 _EVERY_S = 0.2
@@ -57,57 +58,75 @@ class Watch:
         self._series = SeriesTail(run.engine_series)
         self._frames = FrameTail(case, run)
         self._piston_x_m: dict[int, float] = {0: case.layout.low[0]}
-        self._last_row: dict[str, float] = {}
+        self._last_row: Row = {}
+        # A launch begins with the instant at which the one before it ended.
+        for row in (row for part in run.segments()[-1:] for row in read_rows(part)):
+            self._take(row)
         self._next_look = self._ends_at = -math.inf
         self.finding: Finding | None = None
 
     def look(self) -> None:
         """Look at what is new, if it is time to; to be called again and again.
 
-        The engine is asked for a checkpoint when something is found.
+        When something is found the engine is asked for a checkpoint; where that would be of no
+        use, nothing is waited for but the frame that tells who it was.
 
         Raises
         ------
         RunUnstableError
-            If a checkpoint would be of no use, or does not come in time.
+            If there is nothing more to wait for, or it does not come in time.
         """
         start = time.monotonic()
         if start < self._next_look:
             return
-        if self.finding is None:
-            self.judge()
-            self._act(start)
-        elif start > self._ends_at:
-            raise RunUnstableError(self.finding.message(self._run))
+        is_new = self.finding is None
+        found = self.judge()
+        if found is not None:
+            self._act(found, start, is_new=is_new)
         end = time.monotonic()
         self._next_look = end + max(_EVERY_S, (end - start) / _SHARE)
 
-    def _act(self, now: float) -> None:
-        if self.finding is None:
-            return
-        if self.finding.rule in HOPELESS:
-            raise RunUnstableError(self.finding.message(self._run))
-        self._ends_at = now + self._grace_s
-        self._ask()
+    def _act(self, found: Finding, now: float, *, is_new: bool) -> None:
+        hopeless = found.rule in HOPELESS
+        if is_new:
+            self._ends_at = now + self._grace_s
+            if not hopeless:
+                self._ask()
+        # A row does not tell who it was: the next frame does.
+        frame = self._frames.last
+        known = frame is not None and frame.step >= found.step
+        if now > self._ends_at or (hopeless and known):
+            raise RunUnstableError(found.message(self._run))
 
     def judge(self) -> Finding | None:
-        """Judge all that came since the last time; what was found first, now or before."""
+        """Judge all that came since the last time; what was found first, now or before.
+
+        Where a row did not tell who it was, the next frame adds it.
+        """
         if self.finding is None:
             self._judge_rows()
         if self.finding is None:
             self._judge_frame()
+        elif self.finding.rule in HOPELESS and self._frames.newest() is not None:
+            where = self._where(self.finding.rule, self.finding.step)
+            self.finding = replace(self.finding, where=where)
         return self.finding
 
     def _judge_rows(self) -> None:
-        for row in self._series.new_rows():
-            if "piston_x_m" in row:
-                self._piston_x_m[int(row["step"])] = row["piston_x_m"]
-            self._last_row = row
+        rows = self._series.new_rows()
+        for row in rows:
+            self._take(row)
+        for row in rows:
             breach = breach_of_row(row, self._case, self._limits)
             if breach is not None:
                 self._frames.newest()
                 self.finding = self._found(breach, int(row["step"]))
                 return
+
+    def _take(self, row: Row) -> None:
+        if "piston_x_m" in row:
+            self._piston_x_m[int(row["step"])] = row["piston_x_m"]
+        self._last_row = row
 
     def _judge_frame(self) -> None:
         snapshot = self._frames.newest()
@@ -129,10 +148,9 @@ class Watch:
         if not lost:
             return before
         fastest = self._last_row.get("largest_speed_m_s", math.nan)
-        if fastest < 0.0:
-            fastest = math.nan  # of no particle the engine's largest is its smallest number
+        who = "spheres" if self._case.scene.piston is None else "spheres or the piston"
         seen = (
-            "spheres left the engine's box before the next row of its log; the largest speed was "
+            f"{who} left the engine's box before the next row of its log; the largest speed was "
             f"{fastest:.3g} m/s in the last row of the series, "
             f"{self._case.speed_bound_m_s:.3g} were expected"
         )
@@ -142,24 +160,24 @@ class Watch:
         return replace(finding, where=(f"before that, {before.fault}", *finding.where))
 
     def _found(self, breach: Breach, step: int) -> Finding:
-        snapshot, case = self._frames.last, self._case
-        where = suspects(breach.rule, snapshot, case, self._piston(snapshot))
         return Finding(
             rule=breach.rule,
             seen=breach.seen,
             value=breach.value,
             limit=breach.limit,
             step=step,
-            time_s=step * case.time.step_s,
-            where=(*where, *self._last_seen(snapshot)),
-            advice=self._advice(breach.rule, snapshot),
+            time_s=step * self._case.time.step_s,
+            where=self._where(breach.rule, step),
+            advice=self._advice(breach.rule, self._frames.last),
         )
 
-    def _last_seen(self, snapshot: Snapshot | None) -> tuple[str, ...]:
-        """Where those that are missing in a frame were in the one before it."""
-        missing = missing_ids(snapshot, self._case) if snapshot else []
-        earlier = self._frames.before(snapshot.step) if snapshot and missing else None
-        return last_seen(missing, earlier, self._case) if earlier else ()
+    def _where(self, rule: Rule, step: int) -> tuple[str, ...]:
+        """Who it was, by the newest frame; and where those were before that are no more."""
+        frame, case = self._frames.last, self._case
+        where = suspects(rule, frame, case, self._piston(frame))
+        ids = (missing_ids(frame, case) or broken_ids(frame)) if frame else []
+        earlier = self._frames.before(min(step, frame.step)) if frame and ids else None
+        return (*where, *(last_seen(ids, earlier, case) if earlier else ()))
 
     def _advice(self, rule: Rule, snapshot: Snapshot | None) -> str:
         deepest = 0.0

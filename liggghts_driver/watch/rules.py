@@ -11,9 +11,10 @@ energy
 reynolds
     A particle is beyond the branches of the drag law that are in the deck. So does the verdict.
 overlap
-    A contact is deeper than ten times ``contact.largest_overlap`` or than half a radius, whichever
-    is less, and deeper than ``contact.largest_overlap``, which is where the verdict draws the line:
-    Hertz's law means nothing there.
+    A contact in a frame, or in a row that of the piston with a fixed grain, is deeper than ten
+    times ``contact.largest_overlap`` or than half a radius, whichever is less, and deeper than
+    ``contact.largest_overlap``, which is where the verdict draws the line: Hertz's law means
+    nothing there.
 lost
     A particle is not in a frame. (In between the engine counts by itself, and ends.)
 """
@@ -24,14 +25,19 @@ import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from liggghts_driver.contacts import elastic_energy_j, largest_over_radius
 from liggghts_driver.effects.drag_law import reynolds_bound
-from liggghts_driver.results.contacts import elastic_energy_j, largest_over_radius
+from liggghts_driver.results.collisions import hertz_limit
 from liggghts_driver.results.energy import Budget, energy_budget
-from liggghts_driver.results.verdict import contact_step_limit_s
+from liggghts_driver.results.verdict import (
+    STEP_TOLERANCE,
+    contact_step_limit_s,
+    piston_in_grains,
+)
 
 if TYPE_CHECKING:
     from liggghts_driver.case import Case
-    from liggghts_driver.results.contacts import Contacts
+    from liggghts_driver.contacts import Contacts
     from liggghts_driver.watch.finding import Rule
     from liggghts_driver.watch.tail import Row, Snapshot
 
@@ -39,7 +45,6 @@ if TYPE_CHECKING:
 #: duration of a contact goes with the speed to the power -1/5: less is a matter of accuracy.
 SPEED_MARGIN = 5.0
 _OVERLAP_MARGIN = 10.0
-_DEEPEST = 0.5
 #: So many ids of lost particles are named.
 NAMED = 5
 
@@ -70,7 +75,7 @@ class Limits:
         return cls(
             speed_m_s=SPEED_MARGIN * case.speed_bound_m_s,
             energy=energy_budget(case),
-            overlap_over_radius=max(allowed, min(_OVERLAP_MARGIN * allowed, _DEEPEST)),
+            overlap_over_radius=min(_OVERLAP_MARGIN * allowed, hertz_limit(case)),
             reynolds=reynolds_bound(case) if case.scene.dragging_fluid else math.inf,
         )
 
@@ -78,7 +83,13 @@ class Limits:
 def breach_of_row(row: Row, case: Case, limits: Limits) -> Breach | None:
     """The first rule that a row of the series breaks."""
     # In this order: the rules after the first compare numbers.
-    return _numbers(row) or _speed(row, case, limits) or _energy(row, limits) or _re(row, limits)
+    return (
+        _numbers(row)
+        or _speed(row, case, limits)
+        or _energy(row, limits)
+        or _re(row, limits)
+        or _piston(row, case, limits)
+    )
 
 
 def _numbers(row: Row) -> Breach | None:
@@ -93,7 +104,7 @@ def _speed(row: Row, case: Case, limits: Limits) -> Breach | None:
     if fastest <= limits.speed_m_s:
         return None
     longest = contact_step_limit_s(case, fastest)
-    if case.time.step_s <= longest:
+    if case.time.step_s <= STEP_TOLERANCE * longest:
         return None
     seen = (
         f"a particle has {fastest:.3g} m/s, {case.speed_bound_m_s:.3g} were expected: contacts "
@@ -117,12 +128,23 @@ def _over_budget(what: str, energy_j: float, limits: Limits) -> Breach | None:
 
 
 def _re(row: Row, limits: Limits) -> Breach | None:
-    # Of no particles, or of none with a velocity that is a number, the engine's largest is -1e20.
-    found = math.sqrt(max(row.get("largest_reynolds_squared", 0.0), 0.0))
+    found = math.sqrt(row.get("largest_reynolds_squared", 0.0))
     if found <= limits.reynolds:
         return None
     seen = f"a particle has Re = {found:.4g}; the deck's drag law ends at {limits.reynolds:g}"
     return Breach("reynolds", seen, found, limits.reynolds)
+
+
+def _piston(row: Row, case: Case, limits: Limits) -> Breach | None:
+    depth, grain = piston_in_grains(case, row["piston_x_m"]) if "piston_x_m" in row else (0.0, 0)
+    if depth <= limits.overlap_over_radius:
+        return None
+    seen = (
+        f"the piston overlaps grain {grain} by {depth:.3g} of its radius; a run is stopped at "
+        f"{limits.overlap_over_radius:g}, and contact.largest_overlap is "
+        f"{case.scene.contact.largest_overlap:g}"
+    )
+    return Breach("overlap", seen, depth, limits.overlap_over_radius)
 
 
 def breach_of_places(snapshot: Snapshot, case: Case) -> Breach | None:
@@ -131,7 +153,7 @@ def breach_of_places(snapshot: Snapshot, case: Case) -> Breach | None:
     if missing:
         seen = f"{len(missing)} of {case.population.particles} particles are lost: {named(missing)}"
         return Breach("lost", seen, float(len(missing)), 0.0)
-    broken = (snapshot.rows[~snapshot.finite] + 1).tolist()
+    broken = broken_ids(snapshot)
     if broken:
         seen = f"place or velocity is not a number for particles {named(broken)}"
         return Breach("not a number", seen, math.nan, math.inf)
@@ -159,6 +181,12 @@ def breach_of_contacts(
 def missing_ids(snapshot: Snapshot, case: Case) -> list[int]:
     """Ids of particles that are not in a frame."""
     return sorted({*range(1, case.population.particles + 1)} - set((snapshot.rows + 1).tolist()))
+
+
+def broken_ids(snapshot: Snapshot) -> list[int]:
+    """Ids of particles whose place or velocity is not a number."""
+    ids: list[int] = (snapshot.rows[~snapshot.finite] + 1).tolist()
+    return ids
 
 
 def named(ids: list[int]) -> str:

@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from liggghts_driver.contacts import PLANE, Contacts, contacts_at
 from liggghts_driver.deck.particles import simulation_box
 from liggghts_driver.effects.drag_law import inside_velocity_m_s
-from liggghts_driver.results.contacts import PLANE, Contacts, contacts_at
-from liggghts_driver.watch.rules import NAMED, missing_ids, named
+from liggghts_driver.watch.rules import NAMED, broken_ids, missing_ids, named
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -30,9 +30,9 @@ def suspects(
     if snapshot is None:
         return ("the run ended before its first frame was whole",)
     frame = f"in the frame of step {snapshot.step} ({snapshot.step * case.time.step_s:.4g} s)"
-    missing, broken = missing_ids(snapshot, case), snapshot.rows[~snapshot.finite] + 1
+    missing, broken = missing_ids(snapshot, case), broken_ids(snapshot)
     found = [f"{frame}: missing: {named(missing)}"] if missing else []
-    found += [f"{frame}: not a number: {named(broken.tolist())}"] if len(broken) else []
+    found += [f"{frame}: not a number: {named(broken)}"] if broken else []
     if snapshot.finite.any():
         contacts = whole_contacts(snapshot, case, piston_x_m)
         fastest, deepest = _fastest(rule, snapshot, case), _deepest(contacts, snapshot)
@@ -43,10 +43,10 @@ def suspects(
     return tuple(found)
 
 
-def last_seen(missing: list[int], snapshot: Snapshot, case: Case) -> tuple[str, ...]:
-    """Where the first of some lost particles were in an earlier frame."""
+def last_seen(ids: list[int], snapshot: Snapshot, case: Case) -> tuple[str, ...]:
+    """Where the first of some particles were in an earlier frame."""
     frame = f"in the frame before, of step {snapshot.step}"
-    rows = [row for row in np.array(missing[:NAMED]) - 1 if row in snapshot.rows]
+    rows = [row for row in np.array(ids[:NAMED]) - 1 if row in snapshot.rows]
     found = [int(np.flatnonzero(snapshot.rows == row)[0]) for row in rows]
     return tuple(f"{frame}: {_particle(snapshot, index, case)}" for index in found)
 

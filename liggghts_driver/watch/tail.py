@@ -11,6 +11,7 @@ import numpy as np
 from liggghts_driver.deck.build import FRAME_COLUMNS
 from liggghts_driver.errors import ParseError
 from liggghts_driver.results.binarydump import iter_binary_frames
+from liggghts_driver.results.series import read_row
 from liggghts_driver.timestep import frame_steps
 
 if TYPE_CHECKING:
@@ -43,7 +44,7 @@ class SeriesTail:
                 self._names = line.split()
                 continue
             with contextlib.suppress(ValueError):
-                rows.append(dict(zip(self._names, map(float, line.split()), strict=True)))
+                rows.append(dict(zip(self._names, read_row(line, self._names), strict=True)))
         return rows
 
     def _new_lines(self) -> list[str]:
@@ -57,6 +58,11 @@ class SeriesTail:
             return []
         self._read_bytes += len(complete) + len(newline)
         return complete.decode("utf-8", errors="replace").splitlines()
+
+
+def read_rows(part: RunDirectory) -> list[Row]:
+    """Every complete row of a part of a run."""
+    return SeriesTail(part.engine_series).new_rows()
 
 
 @dataclass(frozen=True)
@@ -95,7 +101,7 @@ class FrameTail:
         begun = case.checkpoint.step if case.checkpoint else 0
         steps = [step for step in frame_steps(case.time) if step >= begun]
         self._ahead = [(step, run.dumps / f"particles.{step:010d}.bin") for step in steps]
-        self._paths = dict(self._ahead)
+        self._run = run
         self.last: Snapshot | None = None
 
     def newest(self) -> Snapshot | None:
@@ -112,10 +118,10 @@ class FrameTail:
         return None
 
     def before(self, step: int) -> Snapshot | None:
-        """The last whole frame before a step; None if there is none."""
-        for earlier in sorted((s for s in self._paths if s < step), reverse=True):
-            if (snapshot := read_snapshot(self._paths[earlier])) is not None:
-                return snapshot
+        """The last whole frame before a step, of this launch or an earlier one; None without."""
+        for path in reversed(self._run.frame_files()):
+            if int(path.name.split(".")[1]) < step and (found := read_snapshot(path)) is not None:
+                return found
         return None
 
 

@@ -25,10 +25,11 @@ from liggghts_driver.effects import EFFECTS, Decision, decide_effects
 from liggghts_driver.engine.completion import missing_proofs
 from liggghts_driver.engine.find import find_engine
 from liggghts_driver.engine.launch import launch
+from liggghts_driver.identity import scene_hash
 from liggghts_driver.prepare import without
 from liggghts_driver.results.positions import iter_instants
 from liggghts_driver.results.thermo import read_thermo
-from liggghts_driver.rundir import RunDirectory, scene_hash
+from liggghts_driver.rundir import RunDirectory
 from liggghts_driver.written import write_deck
 
 from .support import stepping

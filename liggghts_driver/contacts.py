@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 from scipy.spatial import cKDTree
@@ -15,8 +15,10 @@ from liggghts_driver.scene.elastic import elastic
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from liggghts_driver.case import Case
+    from liggghts_driver.population import Population
     from liggghts_driver.scene.elastic import Body as Kind
+    from liggghts_driver.scene.layout import Layout
+    from liggghts_driver.scene.model import Scene
 
     Floats = NDArray[np.float64]
     Rows = NDArray[np.int64]
@@ -24,6 +26,25 @@ if TYPE_CHECKING:
 #: In the place of a partner's row: a wall or the piston, which are planes.
 PLANE = -1
 _PARTNERS: dict[str, Kind] = {"particles": "particles", "grains": "grains"}
+
+
+class Placed(Protocol):
+    """A scene whose spheres are placed: a case, or what it is made of."""
+
+    @property
+    def scene(self) -> Scene:
+        """The scene."""
+        ...
+
+    @property
+    def layout(self) -> Layout:
+        """Its geometry."""
+        ...
+
+    @property
+    def population(self) -> Population:
+        """Its spheres."""
+        ...
 
 
 @dataclass(frozen=True)
@@ -53,7 +74,7 @@ class Contacts:
 
 
 def contacts_at(
-    positions_m: Floats, case: Case, rows: Rows | None = None, piston_x_m: float | None = None
+    positions_m: Floats, case: Placed, rows: Rows | None = None, piston_x_m: float | None = None
 ) -> list[Contacts]:
     """Every contact of some particles.
 
@@ -79,13 +100,14 @@ def largest_over_radius(contacts: list[Contacts]) -> float:
     return max((float(some.over_radius.max(initial=0.0)) for some in contacts), default=0.0)
 
 
-def elastic_energy_j(contacts: list[Contacts], case: Case) -> float:
+def elastic_energy_j(contacts: list[Contacts], case: Placed) -> float:
     """Energy of the springs of all contacts: Hertz's, (8/15) E* sqrt(r*) overlap^(5/2) each."""
     touching = [some for some in contacts if len(some.overlaps_m)]
-    return float(sum(_energies(some, case).sum() for some in touching))
+    return float(sum(energies_j(some, case).sum() for some in touching))
 
 
-def _energies(some: Contacts, case: Case) -> Floats:
+def energies_j(some: Contacts, case: Placed) -> Floats:
+    """Energy of the spring of each contact, ``(n,)``."""
     radii = case.population.radii_m
     curvature = 1.0 / radii[some.first]
     if some.kind in ("particles", "grains"):
@@ -96,7 +118,7 @@ def _energies(some: Contacts, case: Case) -> Floats:
     return energies
 
 
-def _body(case: Case, kind: Kind) -> Body:
+def _body(case: Placed, kind: Kind) -> Body:
     return Body(math.inf, math.inf, *elastic(case.scene, kind))
 
 
@@ -105,7 +127,7 @@ def _touching(kind: str, first: Rows, second: Rows, overlaps: Floats, smaller: F
     return Contacts(kind, first[touch], second[touch], overlaps[touch], smaller[touch])
 
 
-def _pairs(positions: Floats, whose: Rows, case: Case) -> Contacts:
+def _pairs(positions: Floats, whose: Rows, case: Placed) -> Contacts:
     radii = case.population.radii_m[whose]
     pairs = np.empty((0, 2), dtype=np.int64)
     if len(radii) > 1:
@@ -115,7 +137,7 @@ def _pairs(positions: Floats, whose: Rows, case: Case) -> Contacts:
     return _touching("particles", whose[i], whose[j], overlaps, np.minimum(radii[i], radii[j]))
 
 
-def _grains(positions: Floats, whose: Rows, case: Case) -> Contacts:
+def _grains(positions: Floats, whose: Rows, case: Placed) -> Contacts:
     population = case.population
     particle = grain = np.empty(0, dtype=np.int64)
     if population.grains and len(whose):
@@ -130,7 +152,7 @@ def _grains(positions: Floats, whose: Rows, case: Case) -> Contacts:
     return _touching("grains", first, grain, radii + sizes - distances, np.minimum(radii, sizes))
 
 
-def _planes(positions: Floats, case: Case, piston_x_m: float | None) -> list[tuple[str, Floats]]:
+def _planes(positions: Floats, case: Placed, piston_x_m: float | None) -> list[tuple[str, Floats]]:
     """Each plane, and how far the particles' centres are from it."""
     planes = []
     for face in case.layout.walls:

@@ -1,0 +1,1 @@
+"""The paper's example, run, and held against what the paper prints."""

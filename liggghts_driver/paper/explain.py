@@ -1,0 +1,152 @@
+"""What moves the flow and what does not: each reading, friction, and the particle fraction."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from liggghts_driver.paper import law
+from liggghts_driver.paper.answers import FLOW_UNIT, SECTIONS
+from liggghts_driver.paper.catalogue import FRICTIONS, MAIN, READINGS
+from liggghts_driver.paper.figure_charts import fraction_points
+from liggghts_driver.paper.pooled import by_gradient, flow, of_reading, velocity
+from liggghts_driver.paper.printed import MAIN_GRADIENT_PA_M, ROWS
+from liggghts_driver.paper.words import NOT_RUN, capital, cell, judge, listed
+from liggghts_driver.physics.spheres import sphere_volume_m3
+from liggghts_driver.prediction import predict
+from liggghts_driver.report.numbers import decimals_for, fixed, number
+from liggghts_driver.studies.paired import paired_change
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Sequence
+
+    from liggghts_driver.paper.catalogue import Reading
+    from liggghts_driver.paper.stored import Point, Stored
+    from liggghts_driver.studies.paired import Change
+
+#: A flow below this share of that without friction has come to a stop.
+_STOPPED = 0.02
+
+
+def explain_answer(stored: Stored) -> list[str]:
+    """What explains the difference from the paper, as far as the runs tell."""
+    return [*_crowding(stored), *_sensitivity(stored)]
+
+
+def _crowding(stored: Stored) -> Iterator[str]:
+    """A flow rate over velocity and pores: how much of the pores flows, in the paper and here."""
+    points = by_gradient(stored, MAIN).get(MAIN_GRADIENT_PA_M, [])
+    speed, rate = velocity(points), flow(points, "entrance")
+    scene, row = law.example(), ROWS[MAIN_GRADIENT_PA_M]
+    if speed is None or rate is None or scene.specimen is None:
+        return
+    pores_m2 = scene.specimen.width**2 * (1.0 - scene.specimen.solid_fraction)
+    printed = row.entrance_m3_s / (pores_m2 * float(np.mean(row.velocity_m_s)))
+    ours = rate.mean / (pores_m2 * speed.mean)
+    free = law.free_flight_m_s(MAIN_GRADIENT_PA_M)
+    slow, printed_slow = (v / free for v in (speed.mean, float(np.mean(row.velocity_m_s))))
+    yield (
+        f"Flow rate over velocity and pores is the share of the pores that flows: "
+        f"{number(printed, 2)} in the paper's numbers at {MAIN_GRADIENT_PA_M:g} Pa/m (the "
+        f"reservoir has {scene.particles.volume_fraction:g}), {number(ours, 2)} in ours. Ours flow "
+        f"at {number(slow, 2)} of free flight, the paper's at {number(printed_slow, 2)}: "
+        f"{_denser(ours, printed, slow, printed_slow)}"
+    )
+    filled = _filled(points)
+    if filled is not None:
+        yield (
+            f"At the end of our runs particles fill {number(filled, 2)} of the specimen's pores, "
+            "those that are held among them."
+        )
+
+
+def _denser(ours: float, printed: float, slow: float, printed_slow: float) -> str:
+    if ours > printed and slow < printed_slow:
+        return "particles in ours are denser and slower, each in the other's way."
+    if ours < printed and slow > printed_slow:
+        return "particles in ours are more dilute and faster."
+    return "the two differ otherwise than by crowding."
+
+
+def _filled(points: Sequence[Point]) -> float | None:
+    """The share of the pores that particles fill at the end, over the packings."""
+    scene = law.example()
+    specimen, radius = scene.specimen, scene.particles.radius_mean
+    inside = [p.sound.inside for p in points if p.sound is not None]
+    if not inside or specimen is None or radius is None:
+        return None
+    pores_m3 = specimen.length * specimen.width**2 * (1.0 - specimen.solid_fraction)
+    return float(np.mean(inside)) * sphere_volume_m3(radius) / pores_m3
+
+
+def change_of(stored: Stored, reading: Reading, section: str) -> Change | None:
+    """What a reading changes of a flow rate, packing by packing beside the first reading."""
+    own, base = (flow(of_reading(stored, r), section) for r in (reading, READINGS[0]))
+    return paired_change(own.values, base.values) if own and base else None
+
+
+def change_words(change: Change) -> str:
+    """A change in per cent with its interval."""
+    if change.ci95 is None:
+        return f"{number(100.0 * change.mean, 2)} % (one packing)"
+    decimals = decimals_for(100.0 * change.ci95)
+    mean, half = (fixed(100.0 * value, decimals) for value in (change.mean, change.ci95))
+    return f"{mean} ± {half} %"
+
+
+def _sensitivity(stored: Stored) -> Iterator[str]:
+    """Which readings change the flow beyond chance, which do not, and of which it is not known."""
+    for section in SECTIONS:
+        kinds: dict[str, list[str]] = {"moves": [], "not told": [], "one": []}
+        for reading in READINGS[1:]:
+            change = change_of(stored, reading, section)
+            if change is not None:
+                kind = "one" if change.ci95 is None else _kind(change)
+                kinds[kind].append(f"{reading.title} ({change_words(change)})")
+        told = {
+            "moves": "what changes the flow beyond chance",
+            "not told": "no change beyond chance",
+            "one": "with one packing, chance not known",
+        }
+        parts = [f"{told[kind]}: {listed(some)}" for kind, some in kinds.items() if some]
+        yield f"{capital(section)}, beside {READINGS[0].title}: {'; '.join(parts) or NOT_RUN}."
+
+
+def _kind(change: Change) -> str:
+    return "moves" if abs(change.mean) > (change.ci95 or 0.0) else "not told"
+
+
+def friction_answer(stored: Stored) -> list[str]:
+    """How much friction slows the flow at the entrance, and whether it stops it."""
+    sentences = []
+    for reading in FRICTIONS:
+        change = change_of(stored, reading, "entrance")
+        if change is None:
+            sentences.append(f"{capital(reading.title)}: {NOT_RUN}.")
+            continue
+        stopped = 1.0 + change.mean < _STOPPED
+        end = ": the entrance is obstructed, as the paper says may happen" if stopped else ""
+        sentences.append(
+            f"{capital(reading.title)}: the flow rate at the entrance over the second half changes "
+            f"by {change_words(change)}{end}."
+        )
+    return sentences
+
+
+def what_if_answer(stored: Stored) -> list[str]:
+    """Simulated flow rates beside the law's where the particle fraction varies."""
+    sentences = []
+    base = law.example()
+    found = {section: fraction_points(stored, section) for section in SECTIONS}
+    for fraction in sorted({each for points in found.values() for each in points}):
+        changed = base.particles.model_copy(update={"volume_fraction": fraction})
+        scene = base.model_copy(update={"particles": changed})
+        expected = float(np.asarray(predict(scene).particle_flow_rate_m3_s))
+        told = [
+            f"{section}, {cell(points.get(fraction), FLOW_UNIT)}, "
+            f"{judge(points.get(fraction), expected, FLOW_UNIT).words}"
+            for section, points in found.items()
+        ]
+        sentences.append(f"v_p = {fraction:g}, held against the law: {'; '.join(told)}.")
+    return sentences or [f"{capital(NOT_RUN)}."]

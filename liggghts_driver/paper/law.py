@@ -1,0 +1,81 @@
+"""What theory says of the paper's example, computed here: its law, and a lone particle's flight."""
+
+from __future__ import annotations
+
+import math
+from functools import cache
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from liggghts_driver.paper.catalogue import sweep_file
+from liggghts_driver.physics.drag import free_flight_speed_m_s, pressure_force_n
+from liggghts_driver.physics.drag import reynolds as reynolds_of
+from liggghts_driver.prediction import predict
+from liggghts_driver.resources import cases_dir
+from liggghts_driver.scene import read_scene
+from liggghts_driver.sweeps.draft import scene_with
+from liggghts_driver.sweeps.plan import make_plan
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from liggghts_driver.darcy import Estimate
+    from liggghts_driver.scene.model import Scene
+
+
+@cache
+def example() -> Scene:
+    """The paper's example, as shipped."""
+    return read_scene(cases_dir() / "infiltration.toml")
+
+
+def scene_of(sweep: str, values: Mapping[str, Any]) -> Scene:
+    """The scene of a point of a shipped sweep."""
+    return scene_with(make_plan(sweep_file(sweep)).base, values)
+
+
+def law(gradient_pa_m: float, scene: Scene | None = None) -> Estimate:
+    """The Darcy-like law at one gradient (Eqs. 12-16); of the paper's example without a scene."""
+    return predict(scene or example(), gradient_pa_m)
+
+
+def law_flow_m3_s(gradient_pa_m: float) -> float:
+    """Its flow rate of particles."""
+    return float(np.asarray(law(gradient_pa_m).particle_flow_rate_m3_s))
+
+
+def law_velocity_m_s(gradient_pa_m: float) -> float:
+    """Its pore velocity q / v2."""
+    return float(np.asarray(law(gradient_pa_m).pore_velocity_m_s))
+
+
+def law_reynolds(gradient_pa_m: float) -> float:
+    """Its Reynolds number, of the Darcy flux and a particle's diameter."""
+    return float(np.asarray(law(gradient_pa_m).reynolds))
+
+
+def free_flight_m_s(gradient_pa_m: float, scene: Scene | None = None) -> float:
+    """The speed at which a lone mean particle flies inside the specimen (Eqs. 17-20)."""
+    scene = scene or example()
+    fluid, radius = scene.fluid, scene.particles.radius_mean
+    assert fluid is not None
+    assert radius is not None
+    force = pressure_force_n(radius, gradient_pa_m)
+    return free_flight_speed_m_s(fluid.density, fluid.viscosity, radius, force)
+
+
+def free_flight_reynolds(gradient_pa_m: float, scene: Scene | None = None) -> float:
+    """The Reynolds number of that flight (Eq. 19)."""
+    scene = scene or example()
+    fluid, radius = scene.fluid, scene.particles.radius_mean
+    assert fluid is not None
+    assert radius is not None
+    speed = free_flight_m_s(gradient_pa_m, scene)
+    return float(reynolds_of(fluid.density, fluid.viscosity, radius, speed))
+
+
+def free_flight_exponent(low_pa_m: float, high_pa_m: float) -> float:
+    """The power of the gradient with which the free flight goes between two gradients."""
+    ratio = free_flight_m_s(high_pa_m) / free_flight_m_s(low_pa_m)
+    return math.log(ratio) / math.log(high_pa_m / low_pa_m)

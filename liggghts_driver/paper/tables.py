@@ -1,0 +1,229 @@
+"""The tables of the page, in Markdown."""
+
+from __future__ import annotations
+
+from collections import Counter
+from itertools import pairwise
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from liggghts_driver.paper import law
+from liggghts_driver.paper.answers import FLOW_UNIT, SECTIONS, fitted, is_slow
+from liggghts_driver.paper.catalogue import (
+    ALL_GRADIENTS,
+    FOLLOWS,
+    FRICTIONS,
+    MAIN,
+    PRINTED,
+    READINGS,
+    TABLE_READINGS,
+    VISCOUS,
+)
+from liggghts_driver.paper.explain import change_of, change_words
+from liggghts_driver.paper.pooled import (
+    by_gradient,
+    exponent,
+    flow,
+    flows_by_gradient,
+    local_exponents,
+    of_reading,
+    velocity,
+    velocity_range,
+)
+from liggghts_driver.paper.printed import COST_S_PER_S, MAIN_GRADIENT_PA_M, ROWS, TABLE_1
+from liggghts_driver.paper.words import NOT_RUN, cell, judge, short_cell
+from liggghts_driver.report.numbers import NONE, number
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Mapping, Sequence
+
+    from liggghts_driver.paper.catalogue import Reading
+    from liggghts_driver.paper.pooled import Pooled
+    from liggghts_driver.paper.stored import Point, Stored
+
+#: Velocities are said in millimetres per second.
+_VELOCITY_UNIT = 1e-3
+
+
+def table(heads: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
+    """A table in Markdown."""
+    lines = [heads, ["---"] * len(heads), *rows]
+    return "\n".join(f"| {' | '.join(line)} |" for line in lines)
+
+
+def flow_table(stored: Stored) -> str:
+    """Table 1 of the paper with ours beside it: flow rates of particles."""
+    heads = ["Pa/m", "section", "law, printed", "law, ours", "DEM, printed"]
+    rows = []
+    for row in TABLE_1:
+        for section in SECTIONS:
+            printed = [row.law_m3_s, law.law_flow_m3_s(row.gradient_pa_m), row.flow_m3_s(section)]
+            ours = [_flow_at(stored, s.parts, row.gradient_pa_m, section) for s in TABLE_READINGS]
+            rows.append(
+                [
+                    f"{row.gradient_pa_m:g}",
+                    section,
+                    *(number(value / FLOW_UNIT) for value in printed),
+                    *(cell(each, FLOW_UNIT) for each in ours),
+                ]
+            )
+    return table([*heads, *(s.name for s in TABLE_READINGS)], rows)
+
+
+def _flow_at(stored: Stored, parts: Iterable[str], gradient: float, section: str) -> Pooled | None:
+    points = [p for p in stored.points(*parts) if p.values["pressure.gradient"] == gradient]
+    return flow(points, section)
+
+
+def velocity_table(stored: Stored) -> str:
+    """Velocities: the law's q / v2, the paper's simulation, free flight, ours."""
+    heads = ["Pa/m", "law, printed", "law, ours", "free flight", "DEM, printed"]
+    found = [by_gradient(stored, series) for series in TABLE_READINGS]
+    rows = []
+    for row in TABLE_1:
+        g = row.gradient_pa_m
+        theory = [row.law_m_s, law.law_velocity_m_s(g), law.free_flight_m_s(g)]
+        low, high = (number(v / _VELOCITY_UNIT) for v in row.velocity_m_s)
+        ours = [_velocity_cell(points.get(g, [])) for points in found]
+        cells = [number(value / _VELOCITY_UNIT) for value in theory]
+        rows.append([f"{g:g}", *cells, f"{low} to {high}", *ours])
+    return table([*heads, *(s.name for s in TABLE_READINGS)], rows)
+
+
+def _velocity_cell(points: Sequence[Point]) -> str:
+    """Mean over the packings with its interval between them, and the range in time."""
+    mean, reach = velocity(points), velocity_range(points)
+    if mean is None or reach is None:
+        return NOT_RUN
+    low, high = (number(v / _VELOCITY_UNIT) for v in reach)
+    half = "" if mean.between is None else f" ± {number(mean.between / _VELOCITY_UNIT, 2)}"
+    return f"{number(mean.mean / _VELOCITY_UNIT)}{half}; {low} to {high}"
+
+
+def readings_table(stored: Stored) -> str:
+    """Every reading at 10 Pa/m: flow rates, whether they agree, and what the reading changes."""
+    printed = ROWS[MAIN_GRADIENT_PA_M]
+    rows = []
+    for reading in (*READINGS, *FRICTIONS):
+        points = of_reading(stored, reading)
+        cells = [reading.title]
+        for section in SECTIONS:
+            pooled = flow(points, section)
+            kind = judge(pooled, printed.flow_m3_s(section)).kind
+            cells += [cell(pooled, FLOW_UNIT), kind if pooled else NONE]
+            cells += [_change(stored, reading, section)]
+        rows.append([*cells, _velocity_cell(points)])
+    per_section = [
+        head for s in SECTIONS for head in (f"{s}, 10⁻⁶ m³/s", "with the paper", "change")
+    ]
+    return table(["reading", *per_section, "velocity, mm/s"], rows)
+
+
+def _change(stored: Stored, reading: Reading, section: str) -> str:
+    """A change beside the main reading, of the same packings; in brackets where it may be none."""
+    change = change_of(stored, reading, section) if reading is not READINGS[0] else None
+    if change is None:
+        return NONE
+    chance = change.ci95 is not None and abs(change.mean) <= change.ci95
+    return f"({change_words(change)})" if chance else change_words(change)
+
+
+def exponent_table(stored: Stored) -> str:
+    """The power of the gradient: between the paper's neighbouring gradients, and fitted."""
+    gradients = [row.gradient_pa_m for row in TABLE_1]
+    pairs = list(pairwise(gradients))
+    slow = [g for g in gradients if is_slow(g)]
+    ends = [*pairs, (slow[0], slow[-1])]
+    free = [number(law.free_flight_exponent(*pair), 2) for pair in ends]
+    rows = [["law", *["1"] * len(ends)], ["free flight", *free]]
+    for section in SECTIONS:
+        printed = [_printed_exponent(*pair, section) for pair in ends]
+        rows.append([f"DEM, printed, {section}", *printed])
+    for series in (MAIN, PRINTED, FOLLOWS, VISCOUS):
+        for section in SECTIONS:
+            flows = flows_by_gradient(stored, series, section)
+            local = local_exponents(flows)
+            planned = by_gradient(stored, series)
+            wanted = [pair if set(pair) <= set(planned) else None for pair in pairs]
+            own = [_exponent_cell(local, flows, pair) for pair in wanted]
+            overall = exponent(flows, fitted(series))
+            last = NONE if overall is None and len(flows) > 1 else short_cell(overall)
+            rows.append([f"{series.name}, {section}", *own, last])
+    heads = [f"{low:g} to {high:g} Pa/m" for low, high in pairs]
+    return table(["", *heads, f"fitted up to {slow[-1]:g}"], rows)
+
+
+def _exponent_cell(
+    local: Mapping[tuple[float, float], Pooled],
+    flows: Mapping[float, Pooled],
+    pair: tuple[float, float] | None,
+) -> str:
+    """An exponent; a dash where it is not wanted, or both ran and nothing flows at one of them."""
+    if pair is None or (pair not in local and set(pair) <= set(flows)):
+        return NONE
+    return short_cell(local.get(pair))
+
+
+def _printed_exponent(low: float, high: float, section: str) -> str:
+    ratio = ROWS[high].flow_m3_s(section) / ROWS[low].flow_m3_s(section)
+    return number(float(np.log(ratio) / np.log(high / low)), 2)
+
+
+def validity_table(stored: Stored) -> str:
+    """The simulated flow over the law's at every gradient."""
+    flows = {s: flows_by_gradient(stored, ALL_GRADIENTS, s) for s in SECTIONS}
+    rows = []
+    for gradient in by_gradient(stored, ALL_GRADIENTS):
+        law_flow, reynolds = law.law_flow_m3_s(gradient), law.law_reynolds(gradient)
+        valid = "yes" if is_slow(gradient) else "no"
+        ratios = [cell(flows[s].get(gradient), law_flow) for s in SECTIONS]
+        rows.append(
+            [f"{gradient:g}", number(reynolds), valid, number(law_flow / FLOW_UNIT), *ratios]
+        )
+    heads = ["Pa/m", "Re", "law said to hold", "law, 10⁻⁶ m³/s"]
+    return table([*heads, *(f"{section}, over the law" for section in SECTIONS)], rows)
+
+
+def runs_table(stored: Stored) -> str:
+    """How many points of each sweep have an answer, and what becomes of the others."""
+    rows = []
+    for sweep in stored.sweeps.values():
+        verdicts = Counter(p.answer.verdict for p in sweep.points if p.answer is not None)
+        waiting = Counter(p.why for p in sweep.points if p.state == "unfinished")
+        failed = sum(point.state == "failed" for point in sweep.points)
+        told = [f"{count} {name.replace('_', ' ')}" for name, count in sorted(verdicts.items())]
+        told += [f"{failed} failed"] if failed else []
+        told += [f"{count} {why}" for why, count in sorted(waiting.items())]
+        rows.append([f"`{sweep.name}.toml`", sweep.title, str(len(sweep.points)), ", ".join(told)])
+    return table(["sweep in `cases/paper/`", "what it is", "points", "of these"], rows)
+
+
+def cost_table(stored: Stored) -> str:
+    """Time for a simulated second: of the paper, and ours on each machine."""
+    groups: dict[str, list[Point]] = {}
+    for point in stored.points():
+        if point.answer is not None:
+            groups.setdefault(machine_words(point), []).append(point)
+    rows = [["the paper, a laptop at 2.0 GHz", "1", "0.1 ms", f"{COST_S_PER_S:g}", NONE, "1", NONE]]
+    for machine, points in sorted(groups.items()):
+        answers = [p.answer for p in points if p.answer is not None]
+        seconds = [a.cost["cpu_s"] / a.cost["simulated_s"] for a in answers if a.cost["cpu_s"]]
+        if seconds:
+            median = float(np.median(seconds))
+            reach = f"{number(min(seconds))} to {number(max(seconds))}"
+            steps = ", ".join(
+                f"{number(1e3 * step, 2)} ms"
+                for step in sorted({a.cost["step_s"] for a in answers})
+            )
+            ranks = ", ".join(str(n) for n in sorted({a.cost["ranks"] for a in answers}))
+            ratio = number(COST_S_PER_S / median, 2)
+            rows.append([machine, ranks, steps, number(median), reach, ratio, str(len(seconds))])
+    heads = ["machine", "processes", "step", "s per simulated s, median", "range"]
+    return table([*heads, "times faster", "runs"], rows)
+
+
+def machine_words(point: Point) -> str:
+    """The machine of a run, as far as it is known."""
+    made = point.answer.provenance["machine"] if point.answer is not None else None
+    return f"{made['cpu']}, {made['cores']} cores" if made else "a machine that is not known"

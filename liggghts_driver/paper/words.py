@@ -1,0 +1,109 @@
+"""Sentences about measured numbers, chosen by the numbers."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Literal
+
+from liggghts_driver.report.numbers import decimals_for, fixed, number
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from liggghts_driver.paper.pooled import Pooled
+
+NOT_RUN = "not run yet"
+#: An interval wider than this, over what is compared with, agrees with too much to decide.
+WIDEST = 0.25
+
+Kind = Literal["agrees", "undecided", "differs", "unknown"]
+
+
+@dataclass(frozen=True)
+class Judgement:
+    """Whether a number agrees with a reference within its interval, and how it is said."""
+
+    kind: Kind
+    words: str
+
+    @property
+    def agrees(self) -> bool:
+        """Whether it does, and is known well enough to say so."""
+        return self.kind == "agrees"
+
+
+def judge(pooled: Pooled | None, reference: float, scale: float = 1.0) -> Judgement:
+    """A mean over packings held against a number.
+
+    Parameters
+    ----------
+    pooled
+        The mean; None where there is none.
+    reference
+        What it is held against, in the same unit.
+    scale
+        The size of the unit in which numbers are said.
+    """
+    if pooled is None:
+        return Judgement("unknown", NOT_RUN)
+    other, half = number(reference / scale), pooled.half_width
+    if half is None:
+        return Judgement("unknown", f"has no interval to be held against {other} with")
+    off = pooled.mean - reference
+    if abs(off) > half:
+        side = "above" if off > 0.0 else "below"
+        return Judgement("differs", f"is {_percent(off / reference)} {side} {other}{_one(pooled)}")
+    if half > WIDEST * abs(reference):
+        wide = _percent(half / reference)
+        return Judgement("undecided", f"is known to ± {wide} of {other} only{_one(pooled)}")
+    return Judgement("agrees", f"agrees with {other} within its interval{_one(pooled)}")
+
+
+def _one(pooled: Pooled) -> str:
+    return " (one packing: the interval is that of time alone)" if pooled.between is None else ""
+
+
+def _percent(ratio: float) -> str:
+    return f"{number(100.0 * abs(ratio), 2)} %"
+
+
+def cell(pooled: Pooled | None, scale: float = 1.0) -> str:
+    """A mean over packings, its interval between them, its error in time, how many there are."""
+    if pooled is None:
+        return NOT_RUN
+    widths = [w / scale for w in (pooled.between, pooled.in_time) if w is not None]
+    decimals = decimals_for(min(widths)) if widths else None
+    between, in_time = (
+        "?" if width is None else fixed(width / scale, decimals)
+        for width in (pooled.between, pooled.in_time)
+    )
+    mean = fixed(pooled.mean / scale, decimals)
+    return f"{mean} ± {between} ± {in_time} ({pooled.packings})"
+
+
+def short_cell(pooled: Pooled | None, scale: float = 1.0) -> str:
+    """A mean over packings with its interval between them, where there is no error in time."""
+    if pooled is None:
+        return NOT_RUN
+    mean = pooled.mean / scale
+    if pooled.between is None:
+        return f"{number(mean)} (one packing)"
+    decimals = decimals_for(pooled.between / scale)
+    return f"{fixed(mean, decimals)} ± {fixed(pooled.between / scale, decimals)}"
+
+
+def listed(items: Sequence[str]) -> str:
+    """Items in a sentence: a, b and c."""
+    if len(items) < 2:
+        return "".join(items)
+    return f"{', '.join(items[:-1])} and {items[-1]}"
+
+
+def counted(count: int, noun: str) -> str:
+    """A number with its noun."""
+    return f"{number(count)} {noun}" if count == 1 else f"{number(count)} {noun}s"
+
+
+def capital(sentence: str) -> str:
+    """A sentence with a capital letter."""
+    return sentence[:1].upper() + sentence[1:]
