@@ -136,6 +136,8 @@ def _sprung_speed(scene: Scene, layout: Layout) -> float:
     is half the mass of either of two that are alike. Only spheres that the scene itself places can
     overlap.
     """
+    if not any(sphere.kind == "particle" for sphere in scene.spheres):
+        return 0.0
     singles = _Singles(scene, layout, single_spheres(scene))
     population = singles.population
     count = population.particles

@@ -30,12 +30,16 @@ _COUNTS = tuple(re.compile(rb'"%s": (\d+)' % name) for name in (b"failures", b"c
 
 @dataclass(frozen=True, slots=True)
 class RunState:
-    """How a run stands, why, and how often it has failed and gone on."""
+    """How a run stands, why, and how often it has failed and gone on.
+
+    ``hopeless`` is one that was diagnosed: the same again would end the same way.
+    """
 
     state: State
     reason: str = ""
     failures: int = 0
     continuations: int = 0
+    hopeless: bool = False
 
 
 def run_states(
@@ -71,7 +75,7 @@ def points_by_state(plan: Plan, states: Mapping[str, RunState]) -> dict[State, i
 def _state(folder: str, queued: str | None, asked: Callable[[str], bool]) -> RunState:
     # Twenty thousand of these are read in a second: no Path, and no parser where a look will do.
     raw = _raw(f"{folder}/run.json")
-    counts = [int(match[1]) if (match := word.search(raw)) else 0 for word in _COUNTS]
+    counts = _counted(raw)
     if _COMPLETE in raw:
         analysed = os.access(f"{folder}/results.json", os.F_OK)
         # Whole, but its worker died before it had read the results: the next one will.
@@ -81,7 +85,17 @@ def _state(folder: str, queued: str | None, asked: Callable[[str], bool]) -> Run
         return RunState("running", describe(claim), *counts)
     if queued is not None:
         return RunState("queued", queued, *counts)
-    return RunState(*_ended(_parse(raw), claim), *counts)
+    known = _parse(raw)
+    state, reason = _ended(known, claim)
+    return RunState(state, reason, *counts, bool(known.get("diagnosis")))
+
+
+def _counted(raw: bytes) -> tuple[int, int]:
+    """Failures and continuations."""
+    failures, continuations = (
+        int(match[1]) if (match := word.search(raw)) else 0 for word in _COUNTS
+    )
+    return failures, continuations
 
 
 def _ended(known: dict[str, Any], claim: dict[str, Any]) -> tuple[State, str]:

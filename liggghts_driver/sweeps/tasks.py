@@ -42,7 +42,7 @@ def to_do(plan: Plan, states: Mapping[str, RunState], retries: int) -> list[Poin
 
 def _is_to_do(state: RunState, retries: int) -> bool:
     if state.state == "failed":
-        return state.failures <= retries
+        return state.failures <= retries and not state.hopeless
     return state.state in ("waiting", "interrupted", "lost")
 
 
