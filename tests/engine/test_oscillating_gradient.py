@@ -33,7 +33,8 @@ if TYPE_CHECKING:
 
     Array = NDArray[np.float64]
 
-pytestmark = pytest.mark.engine
+#: Half a minute: long checks, so that every change is tested in a quarter of an hour.
+pytestmark = [pytest.mark.engine, pytest.mark.validate]
 
 PERIOD, DENSITY, ACCELERATION = 1.0, 2000.0, 0.04
 RATE = 2.0 * math.pi / PERIOD
