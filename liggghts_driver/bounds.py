@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from liggghts_driver.loads import pressing_force_n
-from liggghts_driver.physics.contact import Body, contact_duration_s, pressed_half_period_s
-from liggghts_driver.physics.spheres import sphere_volume_m3
-from liggghts_driver.scene.elastic import elastic
+from liggghts_driver.physics.contact import contact_duration_s, pressed_half_period_s
+from liggghts_driver.scene.elastic import fixed_body, particle_body
+from liggghts_driver.scene.swing import swing_period_s
 
 if TYPE_CHECKING:
+    from collections.abc import Iterator
+
     from liggghts_driver.drag_plan import DragPlan
+    from liggghts_driver.physics.contact import Body
     from liggghts_driver.population import Population
     from liggghts_driver.scene.layout import Layout
     from liggghts_driver.scene.model import Scene
@@ -69,11 +71,11 @@ def _piston_bounds(scene: Scene, population: Population, speed_m_s: float) -> li
 
 def period_bounds(scene: Scene) -> list[Bound]:
     """A hundredth of the period of a pressure gradient that goes to and fro."""
-    pressure = scene.pressure
-    if pressure is None or pressure.gradient == 0.0 or pressure.period is None:
+    period = swing_period_s(scene)
+    if period is None:
         return []
-    reason = f"1/{_STEPS_OF_A_PERIOD} of pressure.period, {pressure.period:.3g} s"
-    return [Bound("period", pressure.period / _STEPS_OF_A_PERIOD, reason)]
+    reason = f"1/{_STEPS_OF_A_PERIOD} of pressure.period, {period:.3g} s"
+    return [Bound("period", period / _STEPS_OF_A_PERIOD, reason)]
 
 
 def mean_radius_m(population: Population) -> float:
@@ -88,11 +90,9 @@ def contact_bounds(
     """Eq. 21 for the quickest contact of each kind: that of the smallest particle."""
     if not population.particles:
         return []
-    bounds = []
-    for name, partner in _partners(scene, layout, population).items():
-        particle = _particle_body(scene, population)
+    fraction, bounds = scene.time.step_fraction, []
+    for name, particle, partner in _encounters(scene, layout, population):
         duration = contact_duration_s(particle, partner, speed_m_s)
-        fraction = scene.time.step_fraction
         reason = (
             f"{fraction:g} of the shortest {name} contact, {duration:.3g} s at {speed_m_s:.3g} m/s "
             "(Eq. 21)"
@@ -110,34 +110,30 @@ def pressed_bounds(scene: Scene, layout: Layout, population: Population) -> list
     force = pressing_force_n(scene, layout, population)
     if force == 0.0:
         return []
-    bounds = []
-    for name, partner in _partners(scene, layout, population).items():
-        half = pressed_half_period_s(_particle_body(scene, population), partner, force)
+    fraction, bounds = scene.time.step_fraction, []
+    for name, particle, partner in _encounters(scene, layout, population):
+        half = pressed_half_period_s(particle, partner, force)
         reason = (
-            f"{scene.time.step_fraction:g} of half an oscillation of a pressed {name} contact, "
+            f"{fraction:g} of half an oscillation of a pressed {name} contact, "
             f"{half:.3g} s under {force:.3g} N"
         )
-        bounds.append(Bound(f"pressed {name}", scene.time.step_fraction * half, reason))
+        bounds.append(Bound(f"pressed {name}", fraction * half, reason))
     return bounds
 
 
-def _particle_body(scene: Scene, population: Population) -> Body:
-    radius = float(population.particle_radii_m.min())
-    mass = scene.particles.density * sphere_volume_m3(radius)
-    return Body(radius, mass, *elastic(scene, "particles"))
-
-
-def _partners(scene: Scene, layout: Layout, population: Population) -> dict[str, Body]:
-    partners = {}
+def _encounters(
+    scene: Scene, layout: Layout, population: Population
+) -> Iterator[tuple[str, Body, Body]]:
+    """The smallest particle with each kind of partner that it can have."""
+    particle = particle_body(scene, float(population.particle_radii_m.min()))
     if population.particles > 1:
-        partners["particle-particle"] = _particle_body(scene, population)
+        yield "particle-particle", particle, particle
     if population.grains and scene.grains is not None:
         # Eq. 21 falls with r*: the largest grain makes the shortest contact.
         radius = float(population.radii_m[population.particles :].max())
-        partners["particle-grain"] = Body(radius, math.inf, *elastic(scene, "grains"))
+        yield "particle-grain", particle, fixed_body(scene, "grains", radius)
     if layout.walls or scene.piston:
-        partners["particle-wall"] = Body(math.inf, math.inf, *elastic(scene, "walls"))
-    return partners
+        yield "particle-wall", particle, fixed_body(scene, "walls")
 
 
 def drag_bound(drag: DragPlan) -> Bound:

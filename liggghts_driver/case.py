@@ -111,5 +111,5 @@ def make_case(scene: Scene) -> Case:
     """
     place = layout(scene)
     population = populate(scene, place)
-    time = plan_time(scene, place, population)
-    return Case(scene, place, population, time, speed_bound_m_s(scene, place, population))
+    speed = speed_bound_m_s(scene, place, population)
+    return Case(scene, place, population, plan_time(scene, place, population, speed), speed)

@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 from scipy.spatial import cKDTree
 
-from liggghts_driver.physics.contact import Body, effective_modulus_pa
-from liggghts_driver.scene.elastic import elastic
+from liggghts_driver.physics.contact import effective_modulus_pa
+from liggghts_driver.scene.elastic import fixed_body
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -113,13 +112,10 @@ def energies_j(some: Contacts, case: Placed) -> Floats:
     if some.kind in ("particles", "grains"):
         curvature = curvature + 1.0 / radii[some.second]
     partner = _PARTNERS.get(some.kind, "walls")
-    modulus = effective_modulus_pa(_body(case, "particles"), _body(case, partner))
+    bodies = (fixed_body(case.scene, kind) for kind in ("particles", partner))
+    modulus = effective_modulus_pa(*bodies)
     energies: Floats = 8.0 / 15.0 * modulus / np.sqrt(curvature) * some.overlaps_m**2.5
     return energies
-
-
-def _body(case: Placed, kind: Kind) -> Body:
-    return Body(math.inf, math.inf, *elastic(case.scene, kind))
 
 
 def _touching(kind: str, first: Rows, second: Rows, overlaps: Floats, smaller: Floats) -> Contacts:

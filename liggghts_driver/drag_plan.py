@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Literal
 from liggghts_driver.errors import SceneError
 from liggghts_driver.physics.drag import BRANCHES, drag_coefficient_n_s_m, reynolds
 from liggghts_driver.physics.oscillation import angular_rate_rad_s
+from liggghts_driver.scene.swing import swing_period_s
 
 if TYPE_CHECKING:
     from liggghts_driver.population import Population
@@ -97,10 +98,8 @@ def _check_followed(scene: Scene, scheme: Scheme) -> None:
 
 def _swing_s(scene: Scene) -> float:
     """Time scale on which a pressure gradient cos(w t) changes, 1 / w; infinite if it does not."""
-    pressure = scene.pressure
-    if pressure is None or pressure.gradient == 0.0 or pressure.period is None:
-        return math.inf
-    return 1.0 / angular_rate_rad_s(pressure.period)
+    period = swing_period_s(scene)
+    return math.inf if period is None else 1.0 / angular_rate_rad_s(period)
 
 
 def drag_relaxation_s(scene: Scene, population: Population, slip_m_s: float) -> float:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from liggghts_driver.physics.drag import drag_coefficient_n_s_m
-from liggghts_driver.scene.layout import particle_count, particle_fraction
+from liggghts_driver.scene.layout import moving_count, particle_fraction
 from liggghts_driver.speeds import driven_acceleration_m_s2, own_fluid_speed_m_s
 
 if TYPE_CHECKING:
@@ -50,8 +50,7 @@ def pressing_force_n(scene: Scene, layout: Layout, population: Population) -> fl
         return 0.0
     radius = float(population.particle_radii_m.mean())
     # Not those of the population, which may be a few that stand for all.
-    number = particle_count(scene, layout)
-    number += sum(sphere.kind == "particle" for sphere in scene.spheres)
+    number = moving_count(scene, layout)
     force = sum(
         total / min(number, max(1.0, area / (2.0 * radius) ** 2))
         for total, area in _loads(scene, layout, population, number)

@@ -15,7 +15,7 @@ from liggghts_driver.packing import (
     sample_radii,
 )
 from liggghts_driver.physics.spheres import sphere_volume_m3
-from liggghts_driver.scene.layout import Layout, particle_count
+from liggghts_driver.scene.layout import Layout, moving_count, particle_count
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -87,7 +87,7 @@ def populate(scene: Scene, layout: Layout) -> Population:
     obstacles = _join(grains, fixed)
     movers = _single(scene, "particle")
     suspension = _suspension(scene, layout, _join(obstacles, movers), suspension_seed)
-    asked = particle_count(scene, layout) + len(movers)
+    asked = moving_count(scene, layout)
     return _assemble(scene, _join(suspension, movers), obstacles, asked, solid_fraction)
 
 

@@ -149,6 +149,11 @@ class RunDirectory:
         """Pictures rendered by the engine, in the order of time."""
         return self._dumped("snapshot.*.ppm")
 
+    @staticmethod
+    def step_of(dumped: Path) -> int:
+        """The step of a frame or of a picture, which is in its name."""
+        return int(dumped.name.split(".")[1])
+
     def _dumped(self, pattern: str) -> list[Path]:
         # A segment begins with the instant at which the one before it ended.
         found = {path.name: path for part in self.parts() for path in part.dumps.glob(pattern)}

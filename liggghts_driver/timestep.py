@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING
 from liggghts_driver.bounds import Bound, drag_bound, free_bounds
 from liggghts_driver.drag_plan import LONGEST_KEPT, DragPlan, plan_drag
 from liggghts_driver.errors import SceneError
-from liggghts_driver.speeds import speed_bound_m_s
 
 if TYPE_CHECKING:
     from liggghts_driver.population import Population
@@ -51,22 +50,21 @@ class TimePlan:
         return self.bounds[0].step_s
 
 
-def plan_time(scene: Scene, layout: Layout, population: Population) -> TimePlan:
+def plan_time(scene: Scene, layout: Layout, population: Population, speed_m_s: float) -> TimePlan:
     """Choose the step and lay the run out in steps.
 
     Without ``time.step`` the largest step within all bounds is taken, shortened so that the
-    samples fall on whole steps.
+    samples fall on whole steps. ``speed_m_s`` is the bound on relative speeds.
 
     Raises
     ------
     SceneError
         If ``time.step`` is above a bound, naming the bound, its value and the way out.
     """
-    speed = speed_bound_m_s(scene, layout, population)
-    bounds = free_bounds(scene, layout, population, speed)
+    bounds = free_bounds(scene, layout, population, speed_m_s)
     free = min(bound.step_s for bound in bounds)
     # The bound on the speed is for two particles that meet head-on; the fluid is not one of them.
-    drag = plan_drag(scene, population, speed / 2.0, scene.time.step or free)
+    drag = plan_drag(scene, population, speed_m_s / 2.0, scene.time.step or free)
     if drag is not None and drag.scheme != "implicit" and population.particles:
         bounds.append(drag_bound(drag))
     bounds.sort(key=lambda bound: bound.step_s)

@@ -11,11 +11,11 @@ import pytest
 from paper_results import answer, only, point, power_law, shipped
 
 from liggghts_driver.identity import scene_hash
+from liggghts_driver.machine import this_machine
 from liggghts_driver.paper import collect as collecting
 from liggghts_driver.paper.catalogue import SWEEPS, sweep_file
 from liggghts_driver.paper.collect import collect, collect_points
 from liggghts_driver.paper.decks import deck_sha256_in, files_sha256
-from liggghts_driver.paper.machine import this_machine
 from liggghts_driver.paper.stored import from_text, read_stored, to_text, write_stored
 from liggghts_driver.paper.tasks import tasks_to_do
 from liggghts_driver.rundir import RunDirectory

@@ -30,6 +30,13 @@ Tolerance = Annotated[
         show_default=False,
     ),
 ]
+Runs = Annotated[
+    Path, typer.Option("--runs", help="Folder of all runs, shared by sweeps and studies.")
+]
+Cores = Annotated[
+    Optional[int],  # noqa: UP045
+    typer.Option("--cores", min=1, help="Cores to use here; default: all.", show_default=False),
+]
 Json = Annotated[bool, typer.Option("--json", help="Print one JSON document and nothing else.")]
 
 

@@ -15,6 +15,7 @@ from liggghts_driver.cli.options import (
     RUNS,
     Json,
     Overrides,
+    Runs,
     SceneFile,
 )
 from liggghts_driver.scene import read_problem, read_scene
@@ -35,7 +36,6 @@ Out = Annotated[
 Replicates = Annotated[
     int, typer.Option("--replicates", min=1, help="Seeds, the same for every variant.")
 ]
-Runs = Annotated[Path, typer.Option("--runs", help="Folder of all runs, shared with sweeps.")]
 #: Where the study of exact problems is, which has no scene to be named by.
 EXACT = Path("runs") / "study-exact"
 #: And that of the hard cases, which are many.

@@ -15,7 +15,16 @@ from typing import TYPE_CHECKING, Annotated, Literal, Optional
 
 import typer
 
-from liggghts_driver.cli.options import CHECKPOINT_EVERY_S, INTERRUPTED, RUNS, Json, Overrides
+from liggghts_driver.cli.options import (
+    CHECKPOINT_EVERY_S,
+    INTERRUPTED,
+    RUNS,
+    Cores,
+    Json,
+    Overrides,
+    Runs,
+)
+from liggghts_driver.cli.work_here import work_here
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -34,7 +43,6 @@ Out = Annotated[
         "--out", help="The sweep's folder; default: runs/sweep-<file>.", show_default=False
     ),
 ]
-Runs = Annotated[Path, typer.Option("--runs", help="Folder of all runs, shared by all sweeps.")]
 
 
 @dataclass(frozen=True)
@@ -66,10 +74,7 @@ def run(
     executor: Annotated[
         Literal["local", "slurm"], typer.Option("--executor", help="Where the runs are done.")
     ] = "local",
-    cores: Annotated[
-        Optional[int],  # noqa: UP045
-        typer.Option("--cores", min=1, help="Cores to use here; default: all.", show_default=False),
-    ] = None,
+    cores: Cores = None,
     retries: Annotated[
         Optional[int],  # noqa: UP045
         typer.Option(
@@ -115,28 +120,12 @@ def run(
 def _run_here(
     plan: Plan, points: Sequence[Point], place: Place, tries: int, cores: int | None
 ) -> None:
-    from liggghts_driver.cli import show_sweep
-    from liggghts_driver.engine.find import find_engine
-    from liggghts_driver.engine.stop import Stop
-    from liggghts_driver.errors import SweepError
-    from liggghts_driver.sweeps.local import cores_here, run_local
     from liggghts_driver.sweeps.tasks import task_of
 
     tasks = [task_of(plan, point, place.runs) for point in points]
-    stop = Stop(checkpoint_every_s=CHECKPOINT_EVERY_S)
-    if tasks:
-        find_engine()  # one message instead of as many failures as there are points
-    here = cores_here()
-    if cores is not None and cores > len(here):
-        raise SweepError(f"--cores {cores}: must be at most {len(here)}, what this machine lends")
-    used = here[:cores]
-    with show_sweep.following(tasks, len(used), quiet=place.as_json) as listener:
-        outcomes = run_local(tasks, stop, tries, used, listener)
-    for name, outcome in outcomes.items():
-        if outcome.ending in ("failed", "busy"):
-            typer.echo(f"{outcome.ending}: {name}: {outcome.reason}", err=True)
+    stopped = work_here(tasks, tries, cores, quiet=place.as_json)
     counted = _report(plan, place)
-    if stop.asked:
+    if stopped:
         typer.echo("interrupted; the same command goes on from there", err=True)
         raise typer.Exit(INTERRUPTED)
     if counted["done"] < len(plan.points):

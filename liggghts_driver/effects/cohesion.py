@@ -10,7 +10,7 @@ from liggghts_driver.effects.base import Effect, Slot, Weight
 from liggghts_driver.effects.contacts import pairwise
 from liggghts_driver.effects.scales import Scales, scales_of, share
 from liggghts_driver.physics.contact import Body, pull_off_force_n
-from liggghts_driver.scene.elastic import elastic
+from liggghts_driver.scene.elastic import elastic, fixed_body
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
@@ -79,6 +79,6 @@ def _partners(case: Case, scales: Scales) -> Iterator[Body]:
     yield _mean_particle(case, scales)
     if scene.grains is not None and population.grains:
         radius = float(population.radii_m[population.particles :].mean())
-        yield Body(radius, math.inf, *elastic(scene, "grains"))
+        yield fixed_body(scene, "grains", radius)
     if "walls" in case.materials:
-        yield Body(math.inf, math.inf, *elastic(scene, "walls"))
+        yield fixed_body(scene, "walls")

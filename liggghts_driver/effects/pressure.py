@@ -16,6 +16,7 @@ from liggghts_driver.effects.base import Effect, Slot, Weight
 from liggghts_driver.effects.scales import scales_of, share
 from liggghts_driver.physics.drag import pressure_force_n
 from liggghts_driver.physics.oscillation import angular_rate_rad_s
+from liggghts_driver.scene.swing import swing_period_s
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -82,9 +83,9 @@ def swing_formula(case: Case, ahead_steps: float = 0.0) -> str:
 
     Empty where the gradient is constant, or none.
     """
-    pressure = case.scene.pressure
-    if pressure is None or pressure.gradient == 0.0 or pressure.period is None:
+    period = swing_period_s(case.scene)
+    if period is None:
         return ""
-    per_step = angular_rate_rad_s(pressure.period) * case.time.step_s
+    per_step = angular_rate_rad_s(period) * case.time.step_s
     when = f"(step+{ahead_steps!r})" if ahead_steps else "step"
     return f"cos({per_step!r}*{when})"

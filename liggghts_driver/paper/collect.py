@@ -11,9 +11,9 @@ import pandas as pd
 
 from liggghts_driver.errors import ParseError
 from liggghts_driver.identity import scene_hash
+from liggghts_driver.machine import this_machine
 from liggghts_driver.paper.catalogue import SWEEPS, sweep_file
 from liggghts_driver.paper.decks import deck_sha256_in
-from liggghts_driver.paper.machine import this_machine
 from liggghts_driver.paper.stored import Answer, Curves, Measured, Point, Stored, SweepResults
 from liggghts_driver.rundir import RunDirectory
 from liggghts_driver.sweeps.model import read_sweep

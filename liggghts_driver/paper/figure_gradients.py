@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from matplotlib.lines import Line2D
-from matplotlib.ticker import FixedFormatter, FixedLocator, NullLocator
 
 from liggghts_driver.paper import law
 from liggghts_driver.paper.answers import FLOW_UNIT, SECTIONS
@@ -21,7 +20,6 @@ from liggghts_driver.paper.pooled import (
     velocity_range,
 )
 from liggghts_driver.paper.printed import LARGEST_REYNOLDS, TABLE_1
-from liggghts_driver.report.numbers import number
 from liggghts_driver.report.style import (
     BLUE,
     DASHED,
@@ -30,7 +28,8 @@ from liggghts_driver.report.style import (
     INK,
     PALE,
     VERMILION,
-    log_ticks,
+    tick_at,
+    tick_log,
 )
 
 if TYPE_CHECKING:
@@ -148,10 +147,7 @@ def _dress(axes: Axes) -> None:
     axes.set(xscale="log", yscale="log", xlim=(_LOW, _HIGH))
     bottom, top = axes.get_ylim()
     for axis, (low, high) in ((axes.xaxis, (_LOW, _HIGH)), (axes.yaxis, (bottom, top))):
-        ticks = log_ticks(low, high)
-        axis.set_major_locator(FixedLocator(ticks))
-        axis.set_major_formatter(FixedFormatter([number(tick, 1) for tick in ticks]))
-        axis.set_minor_locator(NullLocator())
+        tick_log(axis, low, high)
     limit = LARGEST_REYNOLDS / law.law_reynolds(1.0)
     axes.axvspan(limit, _HIGH, color=PALE, alpha=0.35, zorder=0)
 
@@ -162,9 +158,7 @@ def _reynolds_axis(axes: Axes) -> None:
         "top", functions=(partial(np.multiply, scale), partial(np.multiply, 1.0 / scale))
     )
     ticks = [1.0, 10.0]
-    above.xaxis.set_major_locator(FixedLocator(ticks))
-    above.xaxis.set_major_formatter(FixedFormatter([f"Re {tick:g}" for tick in ticks]))
-    above.xaxis.set_minor_locator(NullLocator())
+    tick_at(above.xaxis, ticks, [f"Re {tick:g}" for tick in ticks])
 
 
 def _handles(

@@ -59,7 +59,7 @@ def views(run: RunDirectory, instants_s: Sequence[float] = INSTANTS_S) -> tuple[
         If a frame is not what it should be.
     """
     case = prepare(run.read_scene())
-    files = {int(path.name.split(".")[1]): path for path in run.frame_files()}
+    files = {run.step_of(path): path for path in run.frame_files()}
     series = pd.read_csv(run.series)
     found = []
     for instant in instants_s:
@@ -79,14 +79,11 @@ def _view(case: Case, path: Path, step: int, piston_x_m: float) -> View:
     middle = 0.5 * (case.layout.low[1] + case.layout.high[1])
     behind = np.flatnonzero(places[:, 1] >= middle)
     order = behind[np.argsort(-places[behind, 1])]
-    radii = np.concatenate(
-        [population.particle_radii_m, population.radii_m[population.particles :]]
-    )
     return View(
         step * case.time.step_s,
         places[order, 0],
         places[order, 2],
-        radii[order],
+        population.radii_m[order],
         speeds[order],
         piston_x_m,
     )

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from liggghts_driver.darcy import Estimate
-    from liggghts_driver.scene.model import Scene
+    from liggghts_driver.scene.model import Fluid, Scene
 
 
 @cache
@@ -57,22 +57,25 @@ def law_reynolds(gradient_pa_m: float) -> float:
 
 def free_flight_m_s(gradient_pa_m: float, scene: Scene | None = None) -> float:
     """The speed at which a lone mean particle flies inside the specimen (Eqs. 17-20)."""
-    scene = scene or example()
-    fluid, radius = scene.fluid, scene.particles.radius_mean
-    assert fluid is not None
-    assert radius is not None
+    fluid, radius = _flier(scene)
     force = pressure_force_n(radius, gradient_pa_m)
     return free_flight_speed_m_s(fluid.density, fluid.viscosity, radius, force)
 
 
 def free_flight_reynolds(gradient_pa_m: float, scene: Scene | None = None) -> float:
     """The Reynolds number of that flight (Eq. 19)."""
+    fluid, radius = _flier(scene)
+    speed = free_flight_m_s(gradient_pa_m, scene)
+    return float(reynolds_of(fluid.density, fluid.viscosity, radius, speed))
+
+
+def _flier(scene: Scene | None) -> tuple[Fluid, float]:
+    """The fluid of a scene, of the paper's without one, and the radius of its mean particle."""
     scene = scene or example()
     fluid, radius = scene.fluid, scene.particles.radius_mean
     assert fluid is not None
     assert radius is not None
-    speed = free_flight_m_s(gradient_pa_m, scene)
-    return float(reynolds_of(fluid.density, fluid.viscosity, radius, speed))
+    return fluid, radius
 
 
 def free_flight_exponent(low_pa_m: float, high_pa_m: float) -> float:

@@ -10,7 +10,7 @@ import numpy as np
 from liggghts_driver.paper import answers, explain, tables
 from liggghts_driver.paper.catalogue import ALL_GRADIENTS, MAIN, TABLE_READINGS
 from liggghts_driver.paper.figures import DRAWINGS, SNAPSHOTS, first_run
-from liggghts_driver.paper.pooled import by_gradient, flow, velocity
+from liggghts_driver.paper.pooled import by_gradient, flow, seconds_per_second, velocity
 from liggghts_driver.paper.printed import COST_S_PER_S, MAIN_GRADIENT_PA_M, ROWS, TABLE_1
 from liggghts_driver.paper.statements import slips, statements
 from liggghts_driver.paper.words import NOT_RUN, capital, counted, judge
@@ -133,13 +133,14 @@ def _velocities(stored: Stored) -> Iterator[str]:
 def _cost(stored: Stored) -> str:
     """The time for a simulated second at 10 Pa/m, beside the paper's."""
     points = by_gradient(stored, MAIN).get(MAIN_GRADIENT_PA_M, [])
-    found = [p.answer for p in points if p.answer is not None and p.answer.cost["cpu_s"]]
-    if not found:
+    known = seconds_per_second(points)
+    if not known:
         return f"{capital(NOT_RUN)}."
-    seconds = float(np.median([each.cost["cpu_s"] / each.cost["simulated_s"] for each in found]))
+    seconds = float(np.median(known))
+    first = next(p.answer for p in points if p.answer is not None)
     return (
-        f"A simulated second takes {number(seconds)} s of processor time ({_how(found[0])}, "
-        f"{counted(len(found), 'run')} at {MAIN_GRADIENT_PA_M:g} Pa/m), where the paper says "
+        f"A simulated second takes {number(seconds)} s of processor time ({_how(first)}, "
+        f"{counted(len(known), 'run')} at {MAIN_GRADIENT_PA_M:g} Pa/m), where the paper says "
         f"0.06 h = {COST_S_PER_S:g} s: {number(COST_S_PER_S / seconds, 2)} times "
         f"{'less' if seconds < COST_S_PER_S else 'as much'}."
     )

@@ -8,13 +8,13 @@ from itertools import pairwise
 from typing import TYPE_CHECKING
 
 import numpy as np
-from scipy import stats
 
 from liggghts_driver.paper.catalogue import GRADIENT
 from liggghts_driver.paper.stored import Measured
+from liggghts_driver.statistics import students_half_width
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Mapping, Sequence
+    from collections.abc import Callable, Iterable, Mapping
     from typing import Any
 
     from liggghts_driver.paper.catalogue import Reading, Series
@@ -56,14 +56,6 @@ class Pooled:
         return self.in_time if self.between is None else self.between
 
 
-def students_t(values: Sequence[float]) -> float | None:
-    """Half width of the 95 % interval of a mean; None for fewer than two values."""
-    if len(values) < 2:
-        return None
-    error = float(np.std(values, ddof=1)) / math.sqrt(len(values))
-    return float(stats.t.ppf(0.975, len(values) - 1)) * error
-
-
 def pool(found: Mapping[int, Measured]) -> Pooled | None:
     """What the runs of some packings measured, together; None without any mean."""
     known = {seed: each for seed, each in found.items() if each.mean is not None}
@@ -73,7 +65,7 @@ def pool(found: Mapping[int, Measured]) -> Pooled | None:
     own = [each.ci95 for each in known.values() if each.ci95 is not None]
     return Pooled(
         mean=float(np.mean(list(values.values()))),
-        between=students_t(list(values.values())),
+        between=students_half_width(list(values.values())),
         in_time=math.sqrt(float(np.mean(np.square(own)))) if len(own) == len(known) else None,
         values=values,
         steady=sum(each.steady for each in known.values()),
@@ -109,6 +101,12 @@ def velocity_range(points: Iterable[Point]) -> tuple[float, float] | None:
     ranges = [p.sound.velocity_range_m_s for p in points if p.sound is not None]
     known = [each for each in ranges if each is not None]
     return (min(low for low, _ in known), max(high for _, high in known)) if known else None
+
+
+def seconds_per_second(points: Iterable[Point]) -> list[float]:
+    """Processor time for a simulated second of each run whose time is known."""
+    costs = [point.answer.cost for point in points if point.answer is not None]
+    return [cost["cpu_s"] / cost["simulated_s"] for cost in costs if cost["cpu_s"]]
 
 
 def by_gradient(stored: Stored, series: Series) -> dict[float, list[Point]]:
@@ -165,7 +163,7 @@ def exponent(
         for seed in whole
     }
     mean = float(np.mean(list(slopes.values())))
-    return Pooled(mean, students_t(list(slopes.values())), None, slopes, len(slopes))
+    return Pooled(mean, students_half_width(list(slopes.values())), None, slopes, len(slopes))
 
 
 def runs_through(pooled: Pooled) -> bool:

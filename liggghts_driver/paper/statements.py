@@ -27,13 +27,15 @@ from liggghts_driver.paper.printed import (
 )
 from liggghts_driver.paper.words import listed
 from liggghts_driver.physics.drag import pressure_force_n
+from liggghts_driver.physics.spheres import sphere_volume_m3
 from liggghts_driver.prediction import darcy_inputs
 from liggghts_driver.report.numbers import number
+from liggghts_driver.scene.layout import mean_particle_volume_m3
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from liggghts_driver.scene.model import Grains, Specimen
+    from liggghts_driver.scene.model import Specimen
 
 #: Numbers closer than this are the same, as printed to three digits.
 _SAME = 0.01
@@ -129,7 +131,7 @@ def _piston() -> Statement:
     assert scene.piston is not None
     assert scene.particles.radius_mean is not None
     acceleration, radius = scene.piston.acceleration, scene.particles.radius_mean
-    mass = PARTICLES * scene.particles.density * 4.0 / 3.0 * math.pi * radius**3
+    mass = PARTICLES * scene.particles.density * sphere_volume_m3(radius)
     push = mass * acceleration
     forces = {
         row.gradient_pa_m: PARTICLES * pressure_force_n(radius, row.gradient_pa_m)
@@ -176,7 +178,7 @@ def _grains() -> Statement:
     scene = law.example()
     assert scene.specimen is not None
     assert scene.grains is not None
-    filled = GRAINS * _mean_volume_m3(scene.grains) / _volume_m3(scene.specimen)
+    filled = GRAINS * mean_particle_volume_m3(scene.grains) / _volume_m3(scene.specimen)
     words = (
         f"{GRAINS} whole grains of the given radii fill {number(filled, 2)} of the cube, not "
         f"{scene.specimen.solid_fraction:g}. A packing of that fraction, cut by the cube with all "
@@ -184,13 +186,6 @@ def _grains() -> Statement:
     )
     title = f"{GRAINS} grains, and a solid fraction of {scene.specimen.solid_fraction:g}"
     return Statement(title, words, abs(filled / scene.specimen.solid_fraction - 1.0) < 0.05)
-
-
-def _mean_volume_m3(grains: Grains) -> float:
-    """That of a sphere whose radius is normally distributed: E r^3 = m^3 + 3 m s^2."""
-    mean, deviation = grains.radius_mean, grains.radius_deviation
-    assert mean is not None
-    return 4.0 / 3.0 * math.pi * (mean**3 + 3.0 * mean * deviation**2)
 
 
 def _volume_m3(specimen: Specimen) -> float:

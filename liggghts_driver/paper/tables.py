@@ -28,6 +28,7 @@ from liggghts_driver.paper.pooled import (
     flows_by_gradient,
     local_exponents,
     of_reading,
+    seconds_per_second,
     velocity,
     velocity_range,
 )
@@ -55,11 +56,12 @@ def table(heads: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
 def flow_table(stored: Stored) -> str:
     """Table 1 of the paper with ours beside it: flow rates of particles."""
     heads = ["Pa/m", "section", "law, printed", "law, ours", "DEM, printed"]
+    found = [by_gradient(stored, series) for series in TABLE_READINGS]
     rows = []
     for row in TABLE_1:
         for section in SECTIONS:
             printed = [row.law_m3_s, law.law_flow_m3_s(row.gradient_pa_m), row.flow_m3_s(section)]
-            ours = [_flow_at(stored, s.parts, row.gradient_pa_m, section) for s in TABLE_READINGS]
+            ours = [flow(points.get(row.gradient_pa_m, []), section) for points in found]
             rows.append(
                 [
                     f"{row.gradient_pa_m:g}",
@@ -69,11 +71,6 @@ def flow_table(stored: Stored) -> str:
                 ]
             )
     return table([*heads, *(s.name for s in TABLE_READINGS)], rows)
-
-
-def _flow_at(stored: Stored, parts: Iterable[str], gradient: float, section: str) -> Pooled | None:
-    points = [p for p in stored.points(*parts) if p.values["pressure.gradient"] == gradient]
-    return flow(points, section)
 
 
 def velocity_table(stored: Stored) -> str:
@@ -208,7 +205,7 @@ def cost_table(stored: Stored) -> str:
     rows = [["the paper, a laptop at 2.0 GHz", "1", "0.1 ms", f"{COST_S_PER_S:g}", NONE, "1", NONE]]
     for machine, points in sorted(groups.items()):
         answers = [p.answer for p in points if p.answer is not None]
-        seconds = [a.cost["cpu_s"] / a.cost["simulated_s"] for a in answers if a.cost["cpu_s"]]
+        seconds = seconds_per_second(points)
         if seconds:
             median = float(np.median(seconds))
             reach = f"{number(min(seconds))} to {number(max(seconds))}"

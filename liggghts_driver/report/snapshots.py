@@ -52,7 +52,7 @@ def snapshots(case: Case, answer: Answer, directory: RunDirectory) -> Snapshots:
     ParseError
         If a snapshot cannot be read.
     """
-    images = {_step(path): _read(path) for path in directory.snapshot_files()}
+    images = {directory.step_of(path): _read(path) for path in directory.snapshot_files()}
     if not images:
         return Snapshots((), "", {})
     camera = side_view(directory.deck.read_text(encoding="utf-8"), case)
@@ -111,10 +111,6 @@ def _part(image: Image.Image, edges: Edges, scale: float) -> Image.Image:
     width, height = edges[2] - edges[0], edges[3] - edges[1]
     size = max(1, round(scale * width)), max(1, round(scale * height))
     return image.crop(edges).resize(size, Image.Resampling.LANCZOS)
-
-
-def _step(path: Path) -> int:
-    return int(path.name.split(".")[1])
 
 
 def _read(path: Path) -> Image.Image:

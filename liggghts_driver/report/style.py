@@ -9,10 +9,14 @@ import matplotlib as mpl
 import numpy as np
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
-from matplotlib.ticker import MaxNLocator
+from matplotlib.ticker import FixedFormatter, FixedLocator, MaxNLocator, NullLocator
+
+from liggghts_driver.report.numbers import number
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Sequence
+
+    from matplotlib.axis import Axis
 
 # The palette of Okabe and Ito (2008).
 BLUE, VERMILION, GREEN = "#0072B2", "#D55E00", "#009E73"
@@ -80,3 +84,16 @@ def log_ticks(low: float, high: float) -> list[float]:
         if len(ticks) <= _MOST_TICKS:
             return ticks
     return ticks[:: -(-len(ticks) // _MOST_TICKS)]
+
+
+def tick_at(axis: Axis, ticks: Sequence[float], words: Sequence[str]) -> None:
+    """Ticks at these places with these words, and none between them."""
+    axis.set_major_locator(FixedLocator(ticks))
+    axis.set_major_formatter(FixedFormatter(words))
+    axis.set_minor_locator(NullLocator())
+
+
+def tick_log(axis: Axis, low: float, high: float) -> None:
+    """Ticks of a logarithmic axis that shows this range."""
+    ticks = log_ticks(low, high)
+    tick_at(axis, ticks, [number(tick, 1) for tick in ticks])

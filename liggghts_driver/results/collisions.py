@@ -11,9 +11,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from liggghts_driver.physics.contact import Body, largest_overlap_m
-from liggghts_driver.physics.spheres import sphere_volume_m3
-from liggghts_driver.scene.elastic import elastic
+from liggghts_driver.physics.contact import largest_overlap_m
+from liggghts_driver.results.series import fastest_piston_m_s
+from liggghts_driver.scene.elastic import fixed_body, particle_body
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     import pandas as pd
 
     from liggghts_driver.case import Case
+    from liggghts_driver.physics.contact import Body
 
 #: So many radii stand for all: the overlap over the smaller radius changes by 4 % at most between
 #: equal spheres and the ratio at which it is largest.
@@ -52,22 +53,17 @@ def _overlaps(case: Case, speed: float, piston: float) -> Iterator[float]:
     if not population.particles:
         return
     radii = population.particle_radii_m
-    particles = [_particle(case, r) for r in np.linspace(radii.min(), radii.max(), _RADII)]
+    several = np.linspace(radii.min(), radii.max(), _RADII).tolist()
+    particles = [particle_body(case.scene, radius) for radius in several]
     if population.particles > 1:
         # The smallest has partners of every ratio of radii that there is.
         yield from (_over_radius(particles[0], other, 2.0 * speed) for other in particles)
     if population.grains:
         smallest = float(population.radii_m[population.particles :].min())
-        grain = Body(smallest, math.inf, *elastic(case.scene, "grains"))
+        grain = fixed_body(case.scene, "grains", smallest)
         yield from (_over_radius(particle, grain, speed) for particle in particles)
     if case.layout.walls or case.scene.piston is not None:
-        plane = Body(math.inf, math.inf, *elastic(case.scene, "walls"))
-        yield _over_radius(particles[0], plane, speed + piston)
-
-
-def _particle(case: Case, radius_m: float) -> Body:
-    mass = case.scene.particles.density * sphere_volume_m3(radius_m)
-    return Body(float(radius_m), mass, *elastic(case.scene, "particles"))
+        yield _over_radius(particles[0], fixed_body(case.scene, "walls"), speed + piston)
 
 
 def _over_radius(a: Body, b: Body, speed_m_s: float) -> float:
@@ -84,11 +80,8 @@ def unseen_collisions(case: Case, series: pd.DataFrame, seen_over_radius: float)
 
     No reason against an answer: what is that fast need not have met anybody.
     """
-    fastest, piston = float(series["largest_speed_m_s"].max()), 0.0
-    if "piston_x_m" in series:
-        speeds = np.diff(series["piston_x_m"]) / np.diff(series["time_s"])
-        piston = float(np.abs(speeds).max())
-    deepest = collision_overlap_over_radius(case, fastest, piston)
+    fastest = float(series["largest_speed_m_s"].max())
+    deepest = collision_overlap_over_radius(case, fastest, fastest_piston_m_s(series))
     allowed = case.scene.contact.largest_overlap
     if not seen_over_radius <= allowed < deepest:
         return None

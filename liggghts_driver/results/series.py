@@ -91,6 +91,14 @@ def _numbers(line: str, names: list[str], where: str) -> list[float]:
     return numbers
 
 
+def fastest_piston_m_s(series: pd.DataFrame) -> float:
+    """The piston's largest speed between two rows of a series; 0 without a piston."""
+    if "piston_x_m" not in series:
+        return 0.0
+    speeds = np.diff(series["piston_x_m"]) / np.diff(series["time_s"])
+    return float(np.abs(speeds).max())
+
+
 def complete_series(raw: pd.DataFrame, case: Case) -> pd.DataFrame:
     """The series of a case in our columns, each with its unit.
 

@@ -12,6 +12,7 @@ from liggghts_driver.bounds import contact_bounds
 from liggghts_driver.effects.drag_law import reynolds_bound
 from liggghts_driver.effects.piston import speed_limit_m_s
 from liggghts_driver.results.energy import MARGIN_UNDRIVEN, energy_budget
+from liggghts_driver.results.series import fastest_piston_m_s
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
@@ -25,8 +26,6 @@ if TYPE_CHECKING:
 SHARE_OF_LIMIT = 0.9
 #: A steady rate with a wider interval (95 %, over the rate) decides nothing about the law.
 _WIDEST_INTERVAL = 0.25
-
-
 #: Of the fraction of a contact that a step may be: the speed bound is an estimate, and errors go
 #: with the step, so that a few contacts with a tenth more of it change no answer. In speed it is
 #: a factor of 1.6.
@@ -149,7 +148,7 @@ def _reynolds(case: Case, series: pd.DataFrame) -> Iterator[str]:
 def _piston(case: Case, series: pd.DataFrame) -> Iterator[str]:
     if "piston_x_m" not in series:
         return
-    fastest = float(np.abs(np.diff(series["piston_x_m"]) / np.diff(series["time_s"])).max())
+    fastest = fastest_piston_m_s(series)
     limit = speed_limit_m_s(case)
     if fastest > SHARE_OF_LIMIT * limit:
         yield f"the piston reached {fastest:.3g} m/s; the servo's limit is {limit:.3g} m/s"

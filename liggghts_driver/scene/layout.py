@@ -59,6 +59,12 @@ def particle_count(scene: Scene, layout: Layout) -> int:
     return round(fraction * math.prod(sides) / mean_particle_volume_m3(scene.particles))
 
 
+def moving_count(scene: Scene, layout: Layout) -> int:
+    """All particles: those to place, and those that the scene places one by one."""
+    singles = sum(sphere.kind == "particle" for sphere in scene.spheres)
+    return particle_count(scene, layout) + singles
+
+
 def particle_fraction(scene: Scene, layout: Layout) -> float:
     """Volume fraction v_p of the particles in the suspension at the start."""
     if scene.particles.volume_fraction is not None:

@@ -8,6 +8,7 @@ from liggghts_driver.statistics.correlation import (
 )
 from liggghts_driver.statistics.rate import Rate, SeriesMean, flow_rate, series_mean
 from liggghts_driver.statistics.steady import Steady, steady_part, steady_slope
+from liggghts_driver.statistics.student import students_half_width
 
 __all__ = [
     "Amplitude",
@@ -21,4 +22,5 @@ __all__ = [
     "series_mean",
     "steady_part",
     "steady_slope",
+    "students_half_width",
 ]

@@ -6,9 +6,6 @@ import math
 from functools import partial
 from typing import TYPE_CHECKING
 
-from matplotlib.ticker import FixedFormatter, FixedLocator, NullLocator
-
-from liggghts_driver.report.numbers import number
 from liggghts_driver.report.style import (
     BLUE,
     GREEN,
@@ -18,7 +15,7 @@ from liggghts_driver.report.style import (
     PURPLE,
     VERMILION,
     draw,
-    log_ticks,
+    tick_log,
 )
 from liggghts_driver.studies.accuracy import pareto
 
@@ -27,7 +24,6 @@ if TYPE_CHECKING:
 
     from matplotlib.artist import Artist
     from matplotlib.axes import Axes
-    from matplotlib.axis import Axis
     from matplotlib.figure import Figure
 
     from liggghts_driver.studies.accuracy import Judged
@@ -88,7 +84,7 @@ def paint_accuracy(
         _paint(axes, shown, name, noises[name])
         axes.set_ylabel(f"error of the\n{title}")
     grid[-1].set_xlabel("core time / core time of the reference")
-    _tick(grid[-1].xaxis, grid[-1].get_xlim())
+    tick_log(grid[-1].xaxis, *grid[-1].get_xlim())
     _legend(figure, list(grid))
 
 
@@ -134,11 +130,4 @@ def _paint(axes: Axes, shown: Sequence[Judged], name: str, noise: float) -> None
     if math.isfinite(noise):
         axes.axhspan(bottom, 100.0 * noise, color=GREY, alpha=0.2, linewidth=0, label=_NOISE)
     axes.set_ylim(bottom=bottom)
-    _tick(axes.yaxis, axes.get_ylim())
-
-
-def _tick(axis: Axis, limits: tuple[float, float]) -> None:
-    ticks = log_ticks(*limits)
-    axis.set_major_locator(FixedLocator(ticks))
-    axis.set_major_formatter(FixedFormatter([number(tick, 1) for tick in ticks]))
-    axis.set_minor_locator(NullLocator())
+    tick_log(axes.yaxis, *axes.get_ylim())

@@ -212,18 +212,11 @@ def largest_distance(ran: Ran, sound: Ran) -> float:
     radius = float(sound.case.population.radii_m.min())
     until_s = min(float(ran.times_s[-1]), float(sound.times_s[-1]))
     times = ran.times_s[ran.times_s <= until_s]
-    apart = ran.positions_m[: len(times)] - _places_at(times, sound)
+    apart = ran.positions_m[: len(times)] - sound.places_at(times)
     found = float(np.linalg.norm(apart, axis=2).max(initial=0.0))
     if sound.case.scene.piston is not None:
         found = max(found, float(np.abs(_piston_at(times, ran) - _piston_at(times, sound)).max()))
     return found / radius
-
-
-def _places_at(times_s: Array, ran: Ran) -> Array:
-    """Places of the particles at some instants, ``(instants, particles, 3)``."""
-    places = ran.positions_m.reshape(len(ran.times_s), -1).T
-    found = [np.interp(times_s, ran.times_s, place) for place in places]
-    return np.array(found).T.reshape(len(times_s), -1, 3)
 
 
 def _piston_at(times_s: Array, ran: Ran) -> Array:

@@ -68,6 +68,12 @@ class Ran:
         """A column of the series at the instants of the frames."""
         return np.asarray(np.interp(self.times_s, self.series["time_s"].to_numpy(), column))
 
+    def places_at(self, times_s: Array) -> Array:
+        """Places of the particles between frames, ``(instants, particles, 3)``."""
+        places = self.positions_m.reshape(len(self.times_s), -1).T
+        found = [np.interp(times_s, self.times_s, place) for place in places]
+        return np.array(found).T.reshape(len(times_s), -1, 3)
+
 
 def read_ran(folder: Path) -> Ran:
     """Read what a finished and analysed run left in its directory."""

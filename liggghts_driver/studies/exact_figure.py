@@ -7,7 +7,6 @@ from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
-from matplotlib.ticker import FixedFormatter, FixedLocator, NullLocator
 
 from liggghts_driver.report.numbers import fixed, number
 from liggghts_driver.report.style import (
@@ -19,6 +18,7 @@ from liggghts_driver.report.style import (
     VERMILION,
     draw,
     log_ticks,
+    tick_at,
 )
 
 if TYPE_CHECKING:
@@ -174,9 +174,7 @@ def _ticks(axes: Axes) -> None:
     ):
         ticks = _powers(*limits) or log_ticks(*limits)
         ticks = ticks[:: max(1, math.ceil(len(ticks) / _MOST_TICKS))]
-        axis.set_major_locator(FixedLocator(ticks))
-        axis.set_major_formatter(FixedFormatter([name(tick) for tick in ticks]))
-        axis.set_minor_locator(NullLocator())
+        tick_at(axis, ticks, [name(tick) for tick in ticks])
 
 
 def _powers(low: float, high: float) -> list[float]:

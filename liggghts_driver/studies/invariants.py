@@ -10,6 +10,7 @@ import numpy as np
 
 from liggghts_driver.effects.drag_law import reynolds_bound
 from liggghts_driver.effects.piston import speed_limit_m_s
+from liggghts_driver.results.series import fastest_piston_m_s
 from liggghts_driver.results.verdict import SHARE_OF_LIMIT
 from liggghts_driver.studies.energy import (
     drag_given_j,
@@ -131,10 +132,8 @@ def changed_by(coarse: Ran, fine: Ran) -> Invariant:
 
 def _late(ran: Ran, until_s: float) -> Array:
     """Mean place of each particle over the second half of a time, ``(particles, 3)``."""
-    times = np.linspace(0.5, 1.0, 501) * until_s
-    places = ran.positions_m.reshape(len(ran.times_s), -1).T
-    means = [float(np.interp(times, ran.times_s, place).mean()) for place in places]
-    return np.array(means).reshape(-1, 3)
+    places = ran.places_at(np.linspace(0.5, 1.0, 501) * until_s)
+    return np.asarray(places.mean(axis=0))
 
 
 def _not_finite(ran: Ran) -> int:
@@ -198,9 +197,8 @@ def _outside_force(case: Case) -> str | None:
 def _piston(ran: Ran) -> Iterator[Invariant]:
     if ran.case.scene.piston is None:
         return
-    speeds = np.diff(ran.series["piston_x_m"]) / np.diff(ran.series["time_s"])
     limit = SHARE_OF_LIMIT * speed_limit_m_s(ran.case)
-    yield Invariant("piston's speed [m/s]", float(np.abs(speeds).max()), limit)
+    yield Invariant("piston's speed [m/s]", fastest_piston_m_s(ran.series), limit)
 
 
 def _reynolds(ran: Ran) -> Iterator[Invariant]:

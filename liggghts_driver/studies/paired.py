@@ -2,17 +2,15 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
-from scipy.stats import t as student
+
+from liggghts_driver.statistics import students_half_width
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
-
-_CONFIDENCE = 0.95
 
 
 @dataclass(frozen=True)
@@ -51,14 +49,9 @@ def paired_change(variant: Mapping[int, float], base: Mapping[int, float]) -> Ch
         One value for each seed.
     """
     changes = np.array(ratios(variant, base)) - 1.0
-    count = len(changes)
-    if count == 0:
+    if not len(changes):
         return None
-    if count == 1:
-        return Change(float(changes[0]), None, 1)
-    quantile = float(student.ppf((1.0 + _CONFIDENCE) / 2.0, count - 1))
-    error = float(changes.std(ddof=1)) / math.sqrt(count)
-    return Change(float(changes.mean()), quantile * error, count)
+    return Change(float(changes.mean()), students_half_width(changes), len(changes))
 
 
 def paired_ratio(variant: Mapping[int, float], base: Mapping[int, float]) -> Ratio | None:

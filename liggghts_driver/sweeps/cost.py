@@ -20,7 +20,12 @@ from liggghts_driver.errors import SceneError
 from liggghts_driver.explain import core_times_s, disk_bytes
 from liggghts_driver.population import Population
 from liggghts_driver.prepare import weak_effects, without
-from liggghts_driver.scene.layout import layout, mean_particle_volume_m3, particle_count
+from liggghts_driver.scene.layout import (
+    layout,
+    mean_particle_volume_m3,
+    moving_count,
+    particle_count,
+)
 from liggghts_driver.speeds import speed_bound_m_s
 from liggghts_driver.timestep import plan_time
 
@@ -85,7 +90,7 @@ def predict_cost(scene: Scene) -> Cost:
     weak = weak_effects(case)
     if weak:
         case = _stand_in(without(scene, weak))
-    particles = _particles(case.scene, case.layout)
+    particles = moving_count(case.scene, case.layout)
     cost = sum(effect.cost(case) for effect in active_effects(case.scene))
     times = core_times_s(particles, case.time.steps, cost)
     return Cost(
@@ -113,14 +118,14 @@ def _stand_in(scene: Scene) -> Case:
     """The case of a scene with a few typical spheres in the place of all."""
     place = layout(scene)
     population = _typical(scene, place)
-    time = _time(scene, place, population)
-    return Case(scene, place, population, time, speed_bound_m_s(scene, place, population))
+    speed = speed_bound_m_s(scene, place, population)
+    return Case(scene, place, population, _time(scene, place, population, speed), speed)
 
 
-def _time(scene: Scene, place: Layout, population: Population) -> TimePlan:
+def _time(scene: Scene, place: Layout, population: Population, speed_m_s: float) -> TimePlan:
     """The steps; a step of the user's that may be within its bounds is taken to be."""
     try:
-        return plan_time(scene, place, population)
+        return plan_time(scene, place, population, speed_m_s)
     except SceneError as error:
         refused = error
     if scene.time.step is None:
@@ -128,14 +133,10 @@ def _time(scene: Scene, place: Layout, population: Population) -> TimePlan:
     fraction = scene.time.step_fraction * (1.0 + _DOUBT)
     time = scene.time.model_copy(update={"step_fraction": fraction})
     try:
-        return plan_time(scene.model_copy(update={"time": time}), place, population)
+        relaxed = scene.model_copy(update={"time": time})
+        return plan_time(relaxed, place, population, speed_m_s)
     except SceneError:
         raise refused from None
-
-
-def _particles(scene: Scene, place: Layout) -> int:
-    singles = sum(sphere.kind == "particle" for sphere in scene.spheres)
-    return particle_count(scene, place) + singles
 
 
 def _typical(scene: Scene, place: Layout) -> Population:

@@ -9,10 +9,20 @@ import numpy as np
 from matplotlib.colors import LogNorm, Normalize
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch, Rectangle
-from matplotlib.ticker import FixedFormatter, FixedLocator, NullLocator
+from matplotlib.ticker import FixedLocator, NullLocator
 
 from liggghts_driver.report.numbers import Unit, number
-from liggghts_driver.report.style import BLUE, DASHED, GREY, INK, SHADE, VERMILION, log_ticks
+from liggghts_driver.report.style import (
+    BLUE,
+    DASHED,
+    GREY,
+    INK,
+    SHADE,
+    VERMILION,
+    log_ticks,
+    tick_at,
+    tick_log,
+)
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
@@ -86,14 +96,10 @@ class Scale:
         axes.set(**{f"{which}lim": (low, high)})
         axis = axes.xaxis if which == "x" else axes.yaxis
         if self.words:
-            axis.set_major_locator(FixedLocator(range(len(self.words))))
             short = [word if len(word) <= 14 else f"{word[:13]}…" for word in self.words]
-            axis.set_major_formatter(FixedFormatter(short))
+            tick_at(axis, range(len(short)), short)
         elif self.log:
-            ticks = log_ticks(low, high)
-            axis.set_major_locator(FixedLocator(ticks))
-            axis.set_major_formatter(FixedFormatter([number(tick, 1) for tick in ticks]))
-            axis.set_minor_locator(NullLocator())
+            tick_log(axis, low, high)
 
 
 @dataclass(frozen=True)

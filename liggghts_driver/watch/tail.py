@@ -120,7 +120,7 @@ class FrameTail:
     def before(self, step: int) -> Snapshot | None:
         """The last whole frame before a step, of this launch or an earlier one; None without."""
         for path in reversed(self._run.frame_files()):
-            if int(path.name.split(".")[1]) < step and (found := read_snapshot(path)) is not None:
+            if self._run.step_of(path) < step and (found := read_snapshot(path)) is not None:
                 return found
         return None
 
