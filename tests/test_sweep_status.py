@@ -295,6 +295,18 @@ class TestPoints:
         found = [point.index for point in to_do(plan, states, retries=1)]
         assert found == ([1] if wanted else [])
 
+    def test_what_was_diagnosed_is_not_tried_again(self, plan, runs):
+        """It has a try left; the same again would end the same way."""
+        run = RunDirectory(runs / plan.points[1].run)
+        run.path.mkdir(parents=True)
+        run.write_state(state="failed", failures=1, faults=["lost"], diagnosis={"rule": "lost"})
+        states = {point.run: RunState("done") for point in plan.points}
+        states |= run_states([plan.points[1].run], runs)
+        assert to_do(plan, states, retries=1) == []
+        run.write_state(state="failed", failures=1, faults=["lost"], diagnosis=None)
+        states |= run_states([plan.points[1].run], runs)
+        assert [point.index for point in to_do(plan, states, retries=1)] == [1]
+
 
 def test_two_thousand_runs_are_read_quickly(runs):
     points = []
