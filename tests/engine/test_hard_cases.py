@@ -90,6 +90,15 @@ def test_all_hold_and_nothing_hides(cases: list[HardCase], runs: Path) -> None:
 
 
 @pytest.mark.validate
+def test_what_is_to_be_pressed_together_is(runs: Path) -> None:
+    """In the others a contact may be over between two frames."""
+    pressed = {"micrometre_viscous", "jammed_bed", "blocked_inlet", "no_wide_pores"}
+    for each in tried([case for case in CASES if case.name in pressed], runs):
+        overlaps = {found.name: found.worst for found in each.own.invariants}
+        assert overlaps["overlap / radius"] > 0.0, each.case.name
+
+
+@pytest.mark.validate
 def test_what_is_taken_up_is_taken_up_in_a_contact(runs: Path) -> None:
     (studied,) = tried([case for case in CASES if case.restarts], runs)
     outside = {each.name: each.worst for each in studied.own.invariants}
