@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+import re
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
@@ -21,9 +22,13 @@ from liggghts_driver.scene import read_scene
 from liggghts_driver.studies import broken as module
 from liggghts_driver.studies.broken import Broken, of_failure, of_silence, plans_of, try_out
 from liggghts_driver.studies.hard_cases import CASES, HardCase
+from liggghts_driver.studies.invariants import Invariant
 from liggghts_driver.studies.sabotage import (
     HALF,
     LONGER_STEP,
+    NO_DRAG,
+    NO_PRESSURE,
+    WEAK_SERVO,
     Sabotage,
     sabotages_of,
     with_longer_step,
@@ -37,6 +42,7 @@ if TYPE_CHECKING:
     from liggghts_driver.case import Case
 
 BEGUN = Broken("some_case", "no wall x-", "not run")
+NUMBER = re.compile(r"((?<![\w.])-?[0-9.]+(?:e[-+]?\d+)?)")
 SOUND = [case for case in CASES if case.expected == "holds"]
 
 
@@ -56,14 +62,17 @@ def test_each_case_is_broken_in_the_ways_that_it_can_be():
     walls = [f"no wall {face}" for face in ("x+", "y-", "y+", "z-", "z+")]
     assert names(case_of("restitution_one")) == [LONGER_STEP]
     assert names(case_of("one_particle")) == [LONGER_STEP, "no wall z-"]
-    assert names(case_of("blocked_inlet")) == [LONGER_STEP, *walls, "no piston"]
-    assert names(case_of("fluid_reverses")) == [LONGER_STEP, *walls, "no piston", HALF]
+    piston = ["no piston", WEAK_SERVO]
+    assert names(case_of("blocked_inlet")) == [LONGER_STEP, *walls, *piston]
+    assert names(case_of("reynolds_all")) == [LONGER_STEP, NO_DRAG, HALF]
+    forces = [NO_DRAG, NO_PRESSURE, HALF]
+    assert names(case_of("gradient_thousandfold")) == [LONGER_STEP, *walls, *piston, *forces]
 
 
 def test_a_wall_left_out_is_one_line_of_the_deck():
     case = case_of("blocked_inlet")
     whole = deck_of(case)
-    for sabotage in sabotages_of("any", case)[1:]:
+    for sabotage in sabotages_of("any", case)[1:-1]:
         gone = [line for line in whole if line not in deck_of(sabotage.alter(case))]
         assert len(gone) == 1
         assert gone[0].startswith("fix ")
@@ -78,6 +87,22 @@ def test_the_argument_of_the_implicit_drag_is_another():
     # K dt / m is 1e4 there; with so small a step as in water neither argument is wrong by much.
     assert sabotage.harmless == ""
     assert sabotages_of("any", case_of("fluid_reverses"))[-1].harmless.startswith("K dt / m")
+
+
+@pytest.mark.parametrize("case", SOUND, ids=lambda case: case.name)
+def test_a_number_of_the_deck_is_another(case: HardCase):
+    """Whatever scheme the drag has, and whether the gradient swings: one number of one line."""
+    whole = prepare(read_scene(case.path))
+    factors = {NO_DRAG: 0.0, NO_PRESSURE: 0.0, WEAK_SERVO: 0.3}
+    for sabotage in sabotages_of("any", whole):
+        if sabotage.name not in factors:
+            continue
+        lines = zip(deck_of(whole), deck_of(sabotage.alter(whole)), strict=True)
+        ((before, after),) = [pair for pair in lines if pair[0] != pair[1]]
+        words = zip(NUMBER.split(before), NUMBER.split(after), strict=True)
+        changed = [(old, new) for old, new in words if old != new]
+        ((old, new),) = changed
+        assert float(new) == factors[sabotage.name] * float(old)
 
 
 def test_an_edit_that_finds_nothing_is_a_mistake():
@@ -167,8 +192,23 @@ def test_what_hides_is_written_and_printed(tmp_path: Path, capsys: pytest.Captur
     printed = capsys.readouterr().out.splitlines()
     assert max(map(len, printed[:-1])) <= 80
     (row,) = (line for line in printed if line.startswith(case))
-    assert " ".join(row.split()) == f"{case} not caught 1 watch, 1 no difference – –"
+    assert " ".join(row.split()) == f"{case} not caught 1 watch, 1 same – – –"
     assert f"not caught: {case}, {LONGER_STEP}: off" in printed
+
+
+def test_what_breaks_first_is_a_word_or_two(tmp_path: Path, capsys: pytest.CaptureFixture[str]):
+    """The table stays within 80 columns; the sentence is in the files."""
+    change = Invariant("change with half the step", 0.0926, 0.05)
+    own = Trial(1.0, (Invariant("free piston off a t²/2", 0.001, 0.05),))
+    studied = Studied(HardCase("gradient_thousandfold"), own=own)
+    studied.trials = [Trial(2.0, (change,), change.sentence)]
+    results = write_results([studied], [], tmp_path)
+    assert results["cases"][0]["breaks_by"] == change.sentence
+    show_stability.stability(results, tmp_path, as_json=False)
+    printed = capsys.readouterr().out.splitlines()
+    assert max(map(len, printed[:-1])) <= 80
+    words = "gradient_thousandfold free piston 0.0010 0.050 1.0 step halved"
+    assert words in (" ".join(line.split()) for line in printed)
 
 
 def test_without_them_nothing_is_said(tmp_path: Path, capsys: pytest.CaptureFixture[str]):

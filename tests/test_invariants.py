@@ -157,11 +157,44 @@ def test_the_piston_is_one_of_the_bodies():
     """Free, it has the work of its own force; faster than that, energy comes from nowhere."""
     piston = {"piston": {"acceleration": 1.0, "mass": 0.1}}
     place = -0.02 + 0.5 * TIMES**2
-    run = ran(piston, columns={"piston_x_m": place})
+    run = ran(piston, columns={"piston_x_m": place, "piston_force_n": 0.0 * TIMES})
     # Its speed is a difference of places: half a sample late at the end.
     assert energy(run).worst < 0.05
-    assert energy(ran(piston, columns={"piston_x_m": -0.02 + 0.75 * TIMES**2})).broken
+    fast = {"piston_x_m": -0.02 + 0.75 * TIMES**2, "piston_force_n": 0.0 * TIMES}
+    assert energy(ran(piston, columns=fast)).broken
     assert found(run)["piston's speed [m/s]"].worst == pytest.approx(0.0975)
+
+
+def flight(share: float, **columns: Any) -> Invariant:
+    """Of a piston that goes a share of the way that Newton's law has for it."""
+    place = -0.02 + 0.5 * share * TIMES**2
+    columns = {"piston_x_m": place, "piston_force_n": 0.0 * TIMES, **columns}
+    run = ran({"piston": {"acceleration": 1.0, "mass": 0.1}}, columns=columns)
+    return found(run)["free piston off a t²/2"]
+
+
+def test_a_piston_too_heavy_breaks_newton_s_law_as_long_as_it_is_free():
+    assert flight(1.0).worst < 1e-12
+    assert flight(0.3).worst == pytest.approx(0.7)
+    assert flight(0.3).broken
+    # Felt a little later, a contact ends what is exact, the frame before it included.
+    late = np.where(TIMES > 0.06, -1.0, 0.0)
+    slower = -0.02 + np.where(TIMES > 0.06, 0.0018, 0.5 * TIMES**2)
+    assert flight(1.0, piston_force_n=late, piston_x_m=slower).worst < 1e-12
+    assert flight(0.3, piston_force_n=np.where(TIMES > 0.0, -1.0, 0.0)).why_not
+
+
+def test_what_may_touch_the_piston_between_two_frames_ends_its_free_flight():
+    speed = {"largest_speed_m_s": np.full(len(TIMES), 3.0)}
+    # The first sphere is 13.5 mm away, and goes 15 mm from one frame to the next.
+    assert flight(0.3, **speed).why_not == "something may touch the piston from the start"
+    assert not flight(0.3, largest_speed_m_s=np.full(len(TIMES), 0.5)).why_not
+
+
+def test_an_overlap_that_is_none_does_not_hold():
+    run = ran({})
+    run.results["max_overlap_over_radius"] = None  # as JSON has what is no number
+    assert found(run)["overlap / radius"].broken
 
 
 def test_what_is_no_number_and_who_is_lost():

@@ -16,7 +16,14 @@ from liggghts_driver.paper import collect as collecting
 from liggghts_driver.paper.catalogue import SWEEPS, sweep_file
 from liggghts_driver.paper.collect import collect, collect_points
 from liggghts_driver.paper.decks import deck_sha256_in, files_sha256
-from liggghts_driver.paper.stored import from_text, read_stored, to_text, write_stored
+from liggghts_driver.paper.stored import (
+    Stored,
+    SweepResults,
+    from_text,
+    read_stored,
+    to_text,
+    write_stored,
+)
 from liggghts_driver.paper.tasks import tasks_to_do
 from liggghts_driver.rundir import RunDirectory
 from liggghts_driver.sweeps.plan import make_plan, read_plan
@@ -233,6 +240,24 @@ def test_what_is_done_is_not_run_again(plan, tmp_path):
     assert [task.folder.name for task in tasks] == [plan.points[0].run, plan.points[2].run]
     assert tasks[0].name == "exit: specimen.exit = open, seed 1"
     assert len(read_plan(tmp_path / "sweep-exit").points) == 3
+
+
+def test_first_packings_are_run_first(tmp_path):
+    tasks = tasks_to_do(["exit", "grains"], tmp_path / "points")
+    seeds = [task.name.rpartition(", ")[2] for task in tasks]
+    assert len(set(seeds)) == 3
+    assert seeds == [seed for seed in dict.fromkeys(seeds) for _ in range(2)]
+    assert [task.name.partition(":")[0] for task in tasks[:2]] == ["exit", "grains"]
+
+
+def test_what_is_stored_is_not_run_again(plan, tmp_path):
+    elsewhere = tmp_path / "elsewhere"
+    finish(elsewhere / plan.points[1].run)
+    points = collect_points(plan, elsewhere)
+    stored = Stored({"exit": SweepResults("exit", "An open exit", {}, points)})
+    left = [task.folder.name for task in tasks_to_do(["exit"], tmp_path / "points", stored)]
+    assert left == [plan.points[0].run, plan.points[2].run]
+    assert len(tasks_to_do(["exit"], tmp_path / "points")) == 3
 
 
 def test_collecting_reads_the_shipped_files(tmp_path, monkeypatch, plan):

@@ -104,6 +104,8 @@ def test_a_verdict_counts_beside_the_invariants():
     assert wrong.why == "a particle reached 9 m/s"
     broken = judged(1.0, [Invariant("overlap", 0.05, 0.01)], {"verdict": "valid", "reasons": []})
     assert broken.why == "overlap: 0.05, at most 0.01"
+    kinds = [wrong, broken, Trial(1.0, why="gone"), Trial(1.0, why="no", refused=True), Trial(1.0)]
+    assert [each.broken_by for each in kinds] == ["invalid", "overlap", "stopped", "refused", ""]
 
 
 def test_what_is_written(tmp_path: Path):

@@ -32,24 +32,30 @@ def paper(
     collect_only: Annotated[
         bool, typer.Option("--collect-only", help="Run nothing; write the page from what has run.")
     ] = False,
+    again: Annotated[
+        bool, typer.Option("--again", help="Run also the points whose answers are stored already.")
+    ] = False,
     cores: Cores = None,
     as_json: Json = False,
 ) -> None:
     """The paper's example in all its readings, held against what it prints: hours, resumable.
 
-    Exit code 0 only if every point has been run.
+    The first packing of every point is run before the others. Exit code 0 only if every point has
+    been run.
     """
     from liggghts_driver.cli import show_paper
     from liggghts_driver.paper.catalogue import SWEEPS
+    from liggghts_driver.paper.stored import read_stored
     from liggghts_driver.paper.tasks import tasks_to_do
-    from liggghts_driver.paper.write import write_all
+    from liggghts_driver.paper.write import results_file, write_all
 
     unknown = [name for name in only or () if name not in SWEEPS]
     if unknown:
         names = ", ".join(map(repr, unknown))
         raise typer.BadParameter(f"--only {names}: no sweep; valid: {', '.join(SWEEPS)}")
     wanted = [name for name in SWEEPS if not only or name in only]
-    tasks = [] if collect_only else tasks_to_do(wanted, runs)
+    stored = None if again else read_stored(results_file(docs))
+    tasks = [] if collect_only else tasks_to_do(wanted, runs, stored)
     stopped = work_here(tasks, _RETRIES, cores, quiet=False) if tasks else False
     written = write_all(runs, docs)
     show_paper.paper(written, as_json=as_json)

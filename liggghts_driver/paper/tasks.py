@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from operator import itemgetter
 from typing import TYPE_CHECKING
 
 from liggghts_driver.paper.catalogue import sweep_file
@@ -14,13 +15,15 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
     from pathlib import Path
 
+    from liggghts_driver.paper.stored import Stored
     from liggghts_driver.sweeps.task import Task
 
 
-def tasks_to_do(names: Sequence[str], runs: Path) -> list[Task]:
-    """The points of some sweeps that are still to be done, in their order.
+def tasks_to_do(names: Sequence[str], runs: Path, stored: Stored | None = None) -> list[Task]:
+    """The points of some sweeps that are still to be done: the first packing of each before others.
 
-    Each sweep's plan is kept beside the folder of the runs, where the commands of sweeps find it.
+    All of it takes long: so the page tells of every reading soon, and of its spread later. Each
+    sweep's plan is kept beside the folder of the runs, where the commands of sweeps find it.
 
     Parameters
     ----------
@@ -28,18 +31,24 @@ def tasks_to_do(names: Sequence[str], runs: Path) -> list[Task]:
         Of shipped sweeps.
     runs
         The folder of all runs.
+    stored
+        Points that have an answer here are not to be done; by default all are.
 
     Raises
     ------
     SweepError
         If a sweep cannot be run as it is.
     """
-    tasks: dict[Path, Task] = {}
+    known = {point.run for point in stored.points() if point.answer} if stored else set()
+    found: dict[Path, tuple[int, Task]] = {}
     for name in names:
         plan = make_plan(sweep_file(name))
         write_plan(plan, runs.parent / f"sweep-{name}")
         states = run_states({point.run for point in plan.points}, runs)
         for point in to_do(plan, states, plan.retries):
+            if point.run in known:
+                continue
             task = task_of(plan, point, runs)
-            tasks.setdefault(task.folder, replace(task, name=f"{name}: {task.name}"))
-    return list(tasks.values())
+            named = replace(task, name=f"{name}: {task.name}")
+            found.setdefault(task.folder, (point.replicate, named))
+    return [task for _, task in sorted(found.values(), key=itemgetter(0))]

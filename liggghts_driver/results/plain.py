@@ -21,3 +21,8 @@ def plain(value: Any) -> Any:
     if isinstance(value, float) and not math.isfinite(value):
         return None
     return value
+
+
+def number_or_nan(value: float | None) -> float:
+    """A number that ``plain`` may have made null: not a number again."""
+    return math.nan if value is None else value

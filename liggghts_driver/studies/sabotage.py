@@ -11,13 +11,18 @@ from typing import TYPE_CHECKING
 from liggghts_driver.drag_plan import drag_relaxation_s
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping
+    from collections.abc import Callable, Iterator, Mapping
 
     from liggghts_driver.case import Case
+
+    Replacement = str | Callable[[re.Match[str]], str]
 
 #: The step is this many times too large.
 STEPS = 20
 LONGER_STEP = f"step x {STEPS}"
+#: So weak a servo makes the piston three times as heavy.
+_WEAK = 0.3
+NO_DRAG, NO_PRESSURE, WEAK_SERVO = "no drag", "no pressure", f"servo x {_WEAK}"
 #: The engine's implicit drag: as it is right, and with the argument that is right by its name.
 _IMPLICIT, HALF = "CrankNicolson 1.0", "CrankNicolson 0.5"
 #: With 0.5 the engine's step is 1 - x / (1 + x / 4), x = K dt / m, which makes the drag stronger by
@@ -60,8 +65,8 @@ _STEP_HARMLESS: Mapping[str, tuple[str, float]] = {
 def sabotages_of(name: str, case: Case) -> list[Sabotage]:
     """Every way in which a case can be broken.
 
-    The step; each wall left out, the piston's among them; and the argument of the engine's implicit
-    drag where there is such a drag.
+    The step; each wall left out, the piston's among them; the drag or the pressure left out; a
+    servo too weak for the piston; and the argument of the engine's implicit drag.
 
     Parameters
     ----------
@@ -75,12 +80,24 @@ def sabotages_of(name: str, case: Case) -> list[Sabotage]:
     for face in case.layout.walls:
         fix = f"wall_{face[0]}_{'low' if face[1] == '-' else 'high'}"
         found.append(Sabotage(f"no wall {face}", _left_out(fix)))
-    if case.scene.piston is not None:
-        found.append(Sabotage("no piston", _left_out("piston_contact")))
+    return [*found, *_of_piston(case), *_of_forces(case)]
+
+
+def _of_piston(case: Case) -> Iterator[Sabotage]:
+    if case.scene.piston is None:
+        return
+    yield Sabotage("no piston", _left_out("piston_contact"))
+    yield Sabotage(WEAK_SERVO, _multiplied(r"^fix +piston all .* ki ", _WEAK))
+
+
+def _of_forces(case: Case) -> Iterator[Sabotage]:
+    if case.scene.dragging_fluid is not None:
+        yield Sabotage(NO_DRAG, _multiplied(r'^variable +(?:drag|stokes) +atom "', 0.0))
+    if case.scene.pressure is not None:
+        yield Sabotage(NO_PRESSURE, _multiplied(r'^variable +pressure +atom "(?:v_swing\*)?', 0.0))
     if case.time.drag_scheme == "implicit":
         edited = partial(_edited, re.escape(_IMPLICIT), HALF)
-        found.append(Sabotage(HALF, edited, _small_drag(case)))
-    return found
+        yield Sabotage(HALF, edited, _small_drag(case))
 
 
 def with_longer_step(case: Case) -> Case:
@@ -109,11 +126,16 @@ def _left_out(fix: str) -> Callable[[Case], Case]:
     return partial(_edited, rf"^fix +{fix} .*\n", "")
 
 
-def _edited(pattern: str, by: str, case: Case) -> Case:
+def _multiplied(before: str, factor: float) -> Callable[[Case], Case]:
+    """Another number in the deck, after what a pattern matches."""
+    return partial(_edited, rf"({before})([-+.\de]+)", lambda m: f"{m[1]}{factor * float(m[2])!r}")
+
+
+def _edited(pattern: str, by: Replacement, case: Case) -> Case:
     return replace(case, edit=partial(_replaced, pattern, by))
 
 
-def _replaced(pattern: str, by: str, deck: str) -> str:
+def _replaced(pattern: str, by: Replacement, deck: str) -> str:
     changed, times = re.subn(pattern, by, deck, flags=re.MULTILINE)
     assert times == 1, f"{times} times {pattern} in the deck"
     return changed

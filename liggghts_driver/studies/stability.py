@@ -67,6 +67,16 @@ class Trial:
         """Whether nothing speaks against it."""
         return not self.why
 
+    @property
+    def broken_by(self) -> str:
+        """In a word or two: an invariant's name, refused, stopped or invalid; empty if it holds."""
+        if self.holds or self.refused:
+            return "refused" if self.refused else ""
+        if not self.invariants:
+            return "stopped"
+        worst = hardest(self.invariants)
+        return worst.name if worst.broken else "invalid"
+
 
 @dataclass
 class Studied:

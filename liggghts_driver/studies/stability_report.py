@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 #: What a row of the table has; the rest of ``stability.json`` is lists.
 _COLUMNS = (
     "case", "hard", "expected", "as_expected", "step_s", "hardest_invariant", "worst", "limit",
-    "share_of_limit", "margin", "breaks_at", "breaks_by", "refused_beyond", "why",
+    "share_of_limit", "margin", "breaks_at", "broken_by", "breaks_by", "refused_beyond", "why",
 )  # fmt: skip
 #: The same of what is broken on purpose.
 _BROKEN_COLUMNS = ("case", "sabotage", "fate", "by", "apart_over_radius", "sentence")
@@ -111,6 +111,7 @@ def _row(each: Studied) -> dict[str, Any]:
         "share_of_limit": worst.share if worst else None,
         "margin": each.margin if each.trials else None,
         "breaks_at": broken.factor if broken else None,
+        "broken_by": broken.broken_by if broken else "",
         "breaks_by": broken.why if broken else "",
         "refused_beyond": bool(broken and broken.refused),
         "why": own.why,
