@@ -15,6 +15,7 @@ from small_scenes import COLLISION, FLUID, GRAIN, INFILTRATION, case_of
 from liggghts_driver.case import Checkpoint
 from liggghts_driver.contacts import contacts_at, elastic_energy_j
 from liggghts_driver.effects.drag_law import reynolds_bound
+from liggghts_driver.engine.diagnose import lost_spheres
 from liggghts_driver.engine.stop import Stop
 from liggghts_driver.errors import RunError, RunInterrupted, RunUnstableError
 from liggghts_driver.physics.contact import Body, largest_overlap_m
@@ -479,6 +480,21 @@ class TestARun:
         assert "the engine says: ERROR on proc 0: Atom lost" in text
         assert "deepest contact" in text or "nothing touches" in text
         assert "spheres left the engine's box" in state["faults"][0]
+
+    @pytest.mark.parametrize(
+        ("words", "lost"),
+        [
+            ("ERROR: Lost atoms: original 40 current 39 (thermo.cpp:402)", True),
+            ("ERROR: Mesh (id piston): All 2 mesh elements have been lost / left the domain.", True),
+            ("ERROR on proc 0: Angle atoms 1 2 3 missing on proc 0 at step 7", True),
+            ("ERROR: dump local/gran is missing arguments (dump_local_gran.cpp:90)", False),
+            ("ERROR: Missing implementation in calc_insertion_properties()", False),
+        ],
+    )
+    def test_not_everything_that_is_missing_is_a_sphere(self, tmp_path, words, lost):
+        run = RunDirectory(tmp_path)
+        run.stdout.write_text(f"some words\n{words}\n", encoding="utf-8")
+        assert lost_spheres(run) is lost
 
     def test_another_failure_has_no_diagnosis(self, engine, case, tmp_path):
         engine("crash")
