@@ -485,7 +485,7 @@ class TestARun:
         ("words", "lost"),
         [
             ("ERROR: Lost atoms: original 40 current 39 (thermo.cpp:402)", True),
-            ("ERROR: Mesh (id piston): All 2 mesh elements have been lost / left the domain.", True),
+            ("ERROR: Mesh (id piston): All 2 mesh elements have been lost", True),
             ("ERROR on proc 0: Angle atoms 1 2 3 missing on proc 0 at step 7", True),
             ("ERROR: dump local/gran is missing arguments (dump_local_gran.cpp:90)", False),
             ("ERROR: Missing implementation in calc_insertion_properties()", False),

@@ -17,9 +17,7 @@ _HEAD_BYTES = 4_000_000
 _TAIL_BYTES = 1_000_000
 #: "Lost atoms: original 40 current 39", and what single processes say of it. Other things may be
 #: missing too, an argument of a command say.
-_LOST = re.compile(
-    r"\blost atoms?\b|\b(atoms?|mesh elements)\b.*\b(lost|missing)\b", re.IGNORECASE
-)
+_LOST = re.compile(r"\blost atoms?\b|\b(atoms?|mesh elements)\b.*\b(lost|missing)\b", re.IGNORECASE)
 
 
 def failure_message(run: RunDirectory, faults: list[str], notes: Sequence[str] = ()) -> str:
