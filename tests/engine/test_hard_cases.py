@@ -11,7 +11,13 @@ from liggghts_driver.engine.stop import Stop
 from liggghts_driver.scene import read_scene
 from liggghts_driver.studies.broken import plans_of, study_broken, try_out
 from liggghts_driver.studies.hard_cases import CASES, HardCase
-from liggghts_driver.studies.sabotage import HALF, LONGER_STEP
+from liggghts_driver.studies.sabotage import (
+    HALF,
+    LONGER_STEP,
+    NO_DRAG,
+    NO_PRESSURE,
+    WEAK_SERVO,
+)
 from liggghts_driver.studies.stability import study_stability
 from liggghts_driver.sweeps.local import cores_here, run_local
 
@@ -86,7 +92,11 @@ def test_some_cases_hold(runs: Path) -> None:
 def test_all_hold_and_nothing_hides(cases: list[HardCase], runs: Path) -> None:
     studied = tried(cases, runs)
     assert wrong_ones(studied) == {}
-    assert hidden(study_broken(studied, runs, run)) == []
+    found = study_broken(studied, runs, run)
+    assert hidden(found) == []
+    # What nothing can break would show nothing.
+    caught = {each.case for each in found if each.fate == "caught"}
+    assert caught == {case.name for case in cases if case.expected == "holds"}
 
 
 @pytest.mark.validate
@@ -119,6 +129,20 @@ def test_walls_left_out_are_caught(runs: Path) -> None:
     caught = {(each.case, each.sabotage) for each in found if each.fate == "caught"}
     soft = {("soft_contacts", f"no wall {axis}{side}") for axis in "xyz" for side in "-+"}
     assert caught == {*soft, ("on_wall_and_edge", "no wall x+")}
+
+
+def test_a_force_left_out_and_a_servo_too_weak_are_caught(runs: Path) -> None:
+    """In the very cases in which no other way breaks anything."""
+    cases = [case for case in QUICK if case.name in UNTOUCHED]
+    found = broken(cases, runs, {NO_DRAG, NO_PRESSURE, WEAK_SERVO}.__contains__)
+    assert hidden(found) == []
+    caught = {(each.case, each.sabotage): each.by for each in found if each.fate == "caught"}
+    assert caught == {
+        ("reynolds_all", NO_DRAG): "comparison",
+        ("on_section", NO_DRAG): "invariant",
+        ("on_section", NO_PRESSURE): "comparison",
+        ("no_particle", WEAK_SERVO): "invariant",
+    }
 
 
 def test_the_other_implicit_argument_is_caught(runs: Path) -> None:
