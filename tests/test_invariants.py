@@ -11,6 +11,7 @@ import pytest
 from small_scenes import COLLISION, FLUID, case_of
 
 from liggghts_driver.physics.spheres import sphere_volume_m3
+from liggghts_driver.studies.departure import departure
 from liggghts_driver.studies.energy import (
     Ran,
     drag_given_j,
@@ -237,3 +238,23 @@ def test_the_same_way_with_another_step():
     assert not changed_by(late, fine).broken
     assert changed_by(far, fine).broken
     assert changed_by(ran({}), ran({})).why_not == "no particle moves"
+
+
+def test_a_departure_is_what_the_step_does_not_explain():
+    sound = ran({}, along_x(-0.01 + 0.05 * TIMES, 0.005))
+    fine = ran({}, along_x(-0.01 + 0.0501 * TIMES, 0.005))
+    off = ran({}, along_x(-0.01 + 0.055 * TIMES, 0.005))
+    assert departure(off, sound, fine).worst == pytest.approx(0.1)
+    assert departure(off, sound, fine).broken
+    # Of what is less than ten times as far off as with half the step nothing is said.
+    assert departure(ran({}, along_x(-0.01 + 0.0509 * TIMES, 0.005)), sound, fine).worst == 0.0
+    assert departure(off, ran({}), ran({})).why_not == "no particle moves"
+
+
+def test_a_departure_is_seen_although_chaos_comes_later():
+    """Half the way long both runs are told apart; then even half the step changes everything."""
+    late = np.where(TIMES < 0.05, 0.0, 0.02)
+    sound = ran({}, along_x(-0.01 + 0.05 * TIMES, 0.005))
+    fine = ran({}, along_x(-0.01 + 0.0501 * TIMES + late, 0.005))
+    off = ran({}, along_x(-0.01 + 0.055 * TIMES - late, 0.005))
+    assert departure(off, sound, fine).worst == pytest.approx(0.1)

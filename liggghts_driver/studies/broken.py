@@ -19,9 +19,11 @@ from liggghts_driver.errors import SceneError
 from liggghts_driver.identity import scene_hash
 from liggghts_driver.prepare import prepare
 from liggghts_driver.rundir import RunDirectory
+from liggghts_driver.studies.departure import departure
 from liggghts_driver.studies.energy import read_ran
 from liggghts_driver.studies.invariants import changed_by, hardest, invariants_of
 from liggghts_driver.studies.sabotage import sabotages_of
+from liggghts_driver.studies.stability import FINE, scene_at
 from liggghts_driver.studies.tasks import run_folder, task_of
 from liggghts_driver.sweeps.work import is_done
 
@@ -84,8 +86,8 @@ class Plan:
 
     Attributes
     ----------
-    sound
-        The run of the case as it is.
+    sound, fine
+        The runs of the case as it is, and with half its step.
     task
         The broken run; None where the driver refuses to write its deck.
     refusal
@@ -95,6 +97,7 @@ class Plan:
     case: str
     sabotage: Sabotage
     sound: Task
+    fine: Task
     task: Task | None
     refusal: str = ""
 
@@ -116,19 +119,21 @@ def plans_of(
         Tells by the name of a sabotage whether it is to be tried; by default each is.
     """
     case, sound = prepare(scene), task_of(name, scene, run_folder(scene, runs))
+    finer = scene_at(scene, case.time.step_s, FINE)
+    fine = task_of(f"{name}, half the step", finer, run_folder(finer, runs))
     for sabotage in sabotages_of(name, case):
         if not wanted(sabotage.name):
             continue
         try:
             files = build_deck(sabotage.alter(case), scene_hash(case.identity)).files
         except SceneError as error:
-            yield Plan(name, sabotage, sound, None, str(error))
+            yield Plan(name, sabotage, sound, fine, None, str(error))
             continue
         # Another version's deck is another run.
         digest = hashlib.sha256("".join(files.values()).encode()).hexdigest()[:8]
         folder = runs / f"{name}-{sabotage.name.replace(' ', '-')}-{digest}"
         title = f"{name}, {sabotage.name}"
-        yield Plan(name, sabotage, sound, task_of(title, scene, folder, sabotage.alter))
+        yield Plan(name, sabotage, sound, fine, task_of(title, scene, folder, sabotage.alter))
 
 
 def study_broken(studied: Sequence[Studied], runs: Path, run: Run) -> list[Broken]:
@@ -156,9 +161,31 @@ def try_out(plans: Iterable[Plan], run: Run) -> list[Broken]:
     plans = list(plans)
     run([plan.task for plan in plans if plan.task is not None])
     whole = [plan for plan in plans if plan.task is not None and is_done(plan.task.folder)]
-    run(list({plan.sound.folder: plan.sound for plan in whole}.values()))
-    read = lru_cache(maxsize=1)(read_ran)  # one sound run at a time: they are large
-    return [_judged(plan, partial(read, plan.sound.folder)) for plan in plans]
+    run(_each_once(plan.sound for plan in whole))
+    read = lru_cache(maxsize=2)(read_ran)  # those of one case: they are large
+    found = [_judged(plan, partial(read, plan.sound.folder)) for plan in plans]
+    # Only where all else is silent half the step is needed.
+    silent = {n: plans[n] for n, each in enumerate(found) if each.fate == "not caught"}
+    run(_each_once(plan.fine for plan in silent.values()))
+    for number, plan in silent.items():
+        found[number] = _compared(found[number], plan, read)
+    return found
+
+
+def _each_once(tasks: Iterable[Task]) -> list[Task]:
+    return list({task.folder: task for task in tasks}.values())
+
+
+def _compared(silent: Broken, plan: Plan, read: Callable[[Path], Ran]) -> Broken:
+    """What is caught by its departure from the sound run, which half the step does not explain."""
+    assert plan.task is not None
+    if not is_done(plan.fine.folder):
+        return silent
+    ran, sound, fine = (read(task.folder) for task in (plan.task, plan.sound, plan.fine))
+    found = departure(ran, sound, fine)
+    if not found.broken:
+        return silent
+    return replace(silent, fate="caught", by="comparison", sentence=found.sentence)
 
 
 def _judged(plan: Plan, sound: Callable[[], Ran]) -> Broken:

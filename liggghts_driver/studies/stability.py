@@ -36,7 +36,7 @@ LARGEST_FACTOR = 64.0
 #: Halvings, in the logarithm, of the range between a factor that holds and the next that does not.
 _BISECTIONS = 2
 #: A run with half the step, beside which the others' answers are held.
-_FINE = 0.5
+FINE = 0.5
 #: Between a run and the same in parts: rounding, multiplied by some collisions.
 _MOST_BY_A_RESTART = 1e-6
 #: Checkpoints of a run in parts, each after one piece of it.
@@ -151,7 +151,7 @@ def study_stability(
     studied = [_begin(case) for case in cases]
     known = [each for each in studied if each.own is None]
     own = {each.case.name: _tasks(each, 1.0, runs) for each in known}
-    fine = {each.case.name: _tasks(each, _FINE, runs) for each in known}
+    fine = {each.case.name: _tasks(each, FINE, runs) for each in known}
     run([*(t for t in own.values() if t), *(t for t in fine.values() if t)])
     for each in known:
         task = fine[each.case.name]

@@ -145,6 +145,13 @@ def test_a_force_left_out_and_a_servo_too_weak_are_caught(runs: Path) -> None:
     }
 
 
+def test_a_force_left_out_of_a_bed_is_caught(runs: Path) -> None:
+    """Although in a bed nothing stays the same for long: it is told by half the step."""
+    (found,) = broken([HardCase("fluid_reverses")], runs, partial(str.__eq__, NO_DRAG))
+    assert (found.fate, found.by) == ("caught", "comparison")
+    assert "departure from the sound run" in found.sentence
+
+
 def test_the_other_implicit_argument_is_caught(runs: Path) -> None:
     (found,) = broken([VISCOUS], runs, partial(str.__eq__, HALF), SHORT)
     assert found.fate == "caught"
