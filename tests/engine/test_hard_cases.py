@@ -18,7 +18,8 @@ from liggghts_driver.studies.sabotage import (
     NO_PRESSURE,
     WEAK_SERVO,
 )
-from liggghts_driver.studies.stability import study_stability
+from liggghts_driver.studies.stability import Studied, study_stability, trial_of
+from liggghts_driver.studies.tasks import run_folder, task_of
 from liggghts_driver.sweeps.local import cores_here, run_local
 
 if TYPE_CHECKING:
@@ -26,7 +27,6 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from liggghts_driver.studies.broken import Broken
-    from liggghts_driver.studies.stability import Studied
     from liggghts_driver.sweeps.task import Outcome, Task
 
 pytestmark = pytest.mark.engine
@@ -85,6 +85,17 @@ def wrong_ones(studied: list[Studied]) -> dict[str, str]:
 
 def test_some_cases_hold(runs: Path) -> None:
     assert wrong_ones(tried([case for case in CASES if case.name in FEW], runs)) == {}
+
+
+def test_every_quick_one_is_as_expected_by_itself(runs: Path) -> None:
+    """At its own step; half of it takes twice as long, and is for the few above."""
+    cases = [case for case in CASES if case.quick and case.expected != "refused"]
+    launched = [Studied(case, read_scene(case.path)) for case in cases]
+    tasks = [task_of(each.case.name, each.scene, run_folder(each.scene, runs)) for each in launched]
+    run(tasks)
+    for each, task in zip(launched, tasks, strict=True):
+        each.own = trial_of(task, 1.0, each)
+    assert wrong_ones(launched) == {}
 
 
 @pytest.mark.validate
