@@ -27,6 +27,7 @@ from liggghts_driver.studies.sabotage import (
     HALF,
     LONGER_STEP,
     NO_DRAG,
+    NO_PISTON,
     NO_PRESSURE,
     WEAK_SERVO,
     Sabotage,
@@ -62,7 +63,7 @@ def test_each_case_is_broken_in_the_ways_that_it_can_be():
     walls = [f"no wall {face}" for face in ("x+", "y-", "y+", "z-", "z+")]
     assert names(case_of("restitution_one")) == [LONGER_STEP]
     assert names(case_of("one_particle")) == [LONGER_STEP, "no wall z-"]
-    piston = ["no piston", WEAK_SERVO]
+    piston = [NO_PISTON, WEAK_SERVO]
     assert names(case_of("blocked_inlet")) == [LONGER_STEP, *walls, *piston]
     assert names(case_of("reynolds_all")) == [LONGER_STEP, NO_DRAG, HALF]
     forces = [NO_DRAG, NO_PRESSURE, HALF]
@@ -72,11 +73,27 @@ def test_each_case_is_broken_in_the_ways_that_it_can_be():
 def test_a_wall_left_out_is_one_line_of_the_deck():
     case = case_of("blocked_inlet")
     whole = deck_of(case)
-    for sabotage in sabotages_of("any", case)[1:-1]:
-        gone = [line for line in whole if line not in deck_of(sabotage.alter(case))]
-        assert len(gone) == 1
-        assert gone[0].startswith("fix ")
-        assert ("mesh" if sabotage.name == "no piston" else sabotage.name[-2] + "plane") in gone[0]
+    for sabotage in sabotages_of("any", case):
+        if not sabotage.name.startswith("no wall"):
+            continue
+        (gone,) = [line for line in whole if line not in deck_of(sabotage.alter(case))]
+        assert gone.startswith("fix ")
+        assert sabotage.name[-2] + "plane" in gone
+
+
+@pytest.mark.parametrize("name", ["blocked_inlet", "no_particle"])
+def test_no_piston_is_one_that_nobody_touches(name: str):
+    """The engine takes no servo without contacts, so they are those of an empty group."""
+    case = case_of(name)
+    (sabotage,) = (each for each in sabotages_of("any", case) if each.name == NO_PISTON)
+    whole, broken = deck_of(case), deck_of(sabotage.alter(case))
+    gone = [line for line in whole if line not in broken]
+    came = [line for line in broken if line not in whole]
+    words = ["piston all mesh/surface/stress/servo", "piston_contact all wall/gran"]
+    for line, word in zip(gone, words, strict=True):
+        assert line.split(maxsplit=1)[1].startswith(word)
+    nobody = [line.replace(" all ", " nobody ", 1) for line in gone]
+    assert came == ["group           nobody subtract all all", *nobody]
 
 
 def test_the_argument_of_the_implicit_drag_is_another():

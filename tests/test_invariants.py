@@ -11,6 +11,7 @@ import pytest
 from small_scenes import COLLISION, FLUID, case_of
 
 from liggghts_driver.physics.spheres import sphere_volume_m3
+from liggghts_driver.studies import invariants as module
 from liggghts_driver.studies.departure import departure
 from liggghts_driver.studies.energy import (
     Ran,
@@ -97,9 +98,35 @@ def test_energy_from_nowhere_is_seen_where_it_comes_again_after_a_loss():
     """Not the energy of the start is the limit, but the lowest so far."""
     speed = np.where(TIMES < 0.03, 0.05, np.where(TIMES < 0.06, 0.02, 0.04))
     run = ran({}, velocities=along_x(speed, -speed))
-    assert energy(run).worst == pytest.approx((0.04**2 - 0.02**2) / 0.05**2)
+    assert energy(run).worst == pytest.approx((0.04**2 - 0.02**2) / 0.04**2)
     assert energy(run).broken
     assert not found(run)["momentum"].broken
+
+
+def test_a_bed_that_heats_is_seen_beside_what_fell_into_it():
+    """A thousandth of the speed of the start: a millionth of the energy."""
+    speed = np.where(TIMES < 0.03, 0.05, 5e-5)
+    assert energy(ran({}, velocities=along_x(speed, -speed))).worst == 0.0
+    hot = speed * np.where(TIMES > 0.08, 1.1, 1.0)
+    assert energy(ran({}, velocities=along_x(hot, -hot))).worst == pytest.approx(1 - 1 / 1.1**2)
+
+
+def test_slow_growth_is_seen_in_the_whole_run():
+    """By 1 % from frame to frame, too little for any tenth of the run."""
+    speed = 0.05 * 1.005 ** np.arange(len(TIMES))
+    grown = energy(ran({}, velocities=along_x(speed, -speed))).worst
+    assert grown == pytest.approx(1.0 - 1.005**-40)
+
+
+def test_what_turns_may_give_back_to_its_flight_what_it_took_and_no_more():
+    """Spins are in no frame: with friction the sum at the start is the limit."""
+    friction = {"contact.friction": 0.5}
+    speed = np.where(TIMES < 0.03, 0.05, np.where(TIMES < 0.06, 0.03, 0.05))
+    assert energy(ran(friction, velocities=along_x(speed, -speed))).worst == 0.0
+    assert energy(ran({}, velocities=along_x(speed, -speed))).broken
+    faster = np.where(TIMES < 0.06, 0.05, 0.06)
+    grown = energy(ran(friction, velocities=along_x(faster, -faster))).worst
+    assert grown == pytest.approx(1.0 - (0.05 / 0.06) ** 2)
 
 
 def test_a_fall_is_the_weight_s_work():
@@ -238,6 +265,19 @@ def test_the_same_way_with_another_step():
     assert not changed_by(late, fine).broken
     assert changed_by(far, fine).broken
     assert changed_by(ran({}), ran({})).why_not == "no particle moves"
+
+
+def test_of_several_particles_the_error_of_their_mean_change_is_allowed_beside(monkeypatch):
+    """From the spread of the changes, not of the ways, which may differ as they like."""
+    monkeypatch.setattr(module, "_SEVERAL", 2)
+    fine = ran({}, along_x(-0.01 + 0.05 * TIMES, 0.005 + 0.5 * TIMES))
+    same = ran({}, along_x(-0.01 + 0.05 * TIMES + 1e-3, 0.005 + 0.5 * TIMES + 1e-3))
+    assert changed_by(same, fine).limit == pytest.approx(module.MOST_CHANGE)
+    apart = changed_by(ran({}, along_x(-0.009 + 0.05 * TIMES, 0.004 + 0.5 * TIMES)), fine)
+    scale = math.sqrt((0.005**2 + 0.05**2) / 2.0)
+    # Changes of one and minus one millimetre: a mean of none, a spread of sqrt(2), over sqrt(2).
+    assert apart.worst == pytest.approx(0.0, abs=1e-9)
+    assert apart.limit == pytest.approx(module.MOST_CHANGE + 2.0 * 1e-3 / scale)
 
 
 def test_a_departure_is_what_the_step_does_not_explain():

@@ -10,7 +10,9 @@ import pandas as pd
 import pytest
 
 from liggghts_driver.resources import cases_dir
+from liggghts_driver.rundir import RunDirectory
 from liggghts_driver.scene import read_scene
+from liggghts_driver.studies import stability as module
 from liggghts_driver.studies.hard_cases import CASES, HardCase, hard_cases
 from liggghts_driver.studies.invariants import Invariant
 from liggghts_driver.studies.stability import (
@@ -19,9 +21,11 @@ from liggghts_driver.studies.stability import (
     judged,
     scene_at,
     study_stability,
+    trial_of,
 )
 from liggghts_driver.studies.stability_map import Point
 from liggghts_driver.studies.stability_report import write_results
+from liggghts_driver.studies.tasks import task_of
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -82,7 +86,9 @@ def test_what_breaks_by_itself_has_no_margin():
     studied = Studied(PAIR, own=Trial(1.0, why="energy without work: 2, at most 0.05"))
     assert studied.next_factor() is None
     assert not studied.as_expected
-    assert Studied(HardCase("x", "invalid"), own=studied.own).as_expected
+    # That there is no answer is for the driver to say, and not for this study or a full disk.
+    assert not Studied(HardCase("x", "invalid"), own=studied.own).as_expected
+    assert Studied(HardCase("x", "invalid"), own=Trial(1.0, why="no", invalid=True)).as_expected
     assert not Studied(HardCase("x", "refused"), own=studied.own).as_expected
 
 
@@ -102,10 +108,34 @@ def test_a_verdict_counts_beside_the_invariants():
     assert judged(1.0, holds, {"verdict": "not_steady", "reasons": ["short"]}).holds
     wrong = judged(1.0, holds, {"verdict": "invalid", "reasons": ["a particle reached 9 m/s"]})
     assert wrong.why == "a particle reached 9 m/s"
+    assert wrong.invalid
     broken = judged(1.0, [Invariant("overlap", 0.05, 0.01)], {"verdict": "valid", "reasons": []})
     assert broken.why == "overlap: 0.05, at most 0.01"
+    assert not broken.invalid
     kinds = [wrong, broken, Trial(1.0, why="gone"), Trial(1.0, why="no", refused=True), Trial(1.0)]
     assert [each.broken_by for each in kinds] == ["invalid", "overlap", "stopped", "refused", ""]
+
+
+@pytest.mark.parametrize(("state", "invalid"), [({"diagnosis": {}}, True), ({}, False)])
+def test_a_failed_run_says_that_there_is_no_answer_by_its_diagnosis(tmp_path, state, invalid):
+    run = RunDirectory(tmp_path / "run")
+    run.path.mkdir()
+    run.write_state(state="failed", faults=["not a number in: kinetic_energy_j"], **state)
+    trial = trial_of(task_of("x", read_scene(PAIR.path), run.path), 1.0, Studied(PAIR))
+    assert (trial.holds, trial.invalid) == (False, invalid)
+    assert trial.why == "not a number in: kinetic_energy_j"
+
+
+def test_a_case_that_is_tame_is_not_as_expected(tmp_path, monkeypatch):
+    """Everything holds where nothing happens."""
+    results = {"verdict": "valid", "reasons": []}
+    held = Trial(1.0, (Invariant("overlap", 0.005, 0.01),))
+    monkeypatch.setattr(module, "trial_of", lambda *_args: held)
+    monkeypatch.setattr(module, "read_ran", lambda _folder: results)
+    monkeypatch.setattr(module, "what_is_missing", lambda *_args: "nothing touches")
+    (studied,) = study_stability([PAIR], tmp_path, lambda _tasks: {}, margins=False)
+    assert studied.own.why == "it is not hard: nothing touches"
+    assert not studied.as_expected
 
 
 def test_what_is_written(tmp_path: Path):

@@ -30,18 +30,20 @@ def exact_checks(run: FinishedRun) -> list[dict[str, Any]]:
         If the run has no frames any more.
     """
     scene = run.case.scene
-    if scene.specimen is not None or scene.piston is not None:
+    if scene.specimen is not None or scene.piston is not None or run.case.population.grains:
+        return []
+    if not (run.case.population.particles == 1 or _is_a_pair(run)):
         return []
     last = None
     for instant in iter_instants(run.directory):
         last = instant
     if last is None:
         raise ParseError(f"{run.directory.dumps}: there is no frame of the particles")
-    if run.case.population.particles == 1 and not run.case.population.grains:
-        return _lone_sphere(scene, last)
-    if run.case.population.particles == 2 and len(scene.spheres) == 2:
-        return _collision(scene, last)
-    return []
+    return _collision(scene, last) if _is_a_pair(run) else _lone_sphere(scene, last)
+
+
+def _is_a_pair(run: FinishedRun) -> bool:
+    return run.case.population.particles == 2 and len(run.case.scene.spheres) == 2
 
 
 def _check(name: str, simulated: float, exact: float) -> dict[str, Any]:

@@ -73,6 +73,7 @@ CASES = (
     HardCase("gradient_negative", quick=False),
     HardCase("gradient_changes_sign"),
     HardCase("friction_ten"),
+    HardCase("friction_elastic", "invalid"),
     HardCase("fluid_reverses"),
     HardCase("no_wide_pores", quick=False),
     HardCase("restart_in_contact", quick=False, restarts=True),

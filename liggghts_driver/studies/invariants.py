@@ -21,6 +21,7 @@ from liggghts_driver.studies.energy import (
     spin_j,
     work_j,
 )
+from liggghts_driver.studies.growth import growth_from_start, growth_in_windows
 from liggghts_driver.studies.piston_flight import FEWEST_STEPS, off_newton
 
 if TYPE_CHECKING:
@@ -116,7 +117,8 @@ def changed_by(coarse: Ran, fine: Ran) -> Invariant:
 
     Compared are places, their means over the second half of the run, as a share of the way that
     particles went. Where there are several particles it is their mean place, and twice the error of
-    that mean is allowed beside: in a bed one collision changes all that come after.
+    that mean is allowed beside, from the spread of the changes: in a bed one collision changes all
+    that come after.
     """
     name = "change with half the step"
     ways = np.linalg.norm(fine.positions_m - fine.positions_m[0], axis=2).max(axis=0, initial=0.0)
@@ -129,7 +131,7 @@ def changed_by(coarse: Ran, fine: Ran) -> Invariant:
     if count < _SEVERAL:
         apart = float(np.sqrt((change**2).sum(axis=1).mean()))
         return Invariant(name, apart / scale, MOST_CHANGE)
-    error = 2.0 * float(ways.std()) / math.sqrt(count)
+    error = 2.0 * float(np.linalg.norm(change.std(axis=0, ddof=1))) / math.sqrt(count)
     apart = float(np.linalg.norm(change.mean(axis=0)))
     return Invariant(name, apart / scale, MOST_CHANGE + error / scale)
 
@@ -159,17 +161,12 @@ def _energy(ran: Ran) -> Iterator[Invariant]:
         yield Invariant(name, 0.0, MOST_ENERGY, "the energy of attraction is not counted")
         return
     energy, work = kinetic_j(ran) + elastic_j(ran), work_j(ran)
-    # Spins may give all that they had to the flight.
-    grown = energy - work + drag_taken_j(ran) - drag_given_j(ran)
-    grown[1:] -= spin_j(ran.case)
-    scale = float(np.max([energy.max(), np.abs(np.diff(work)).sum()]))  # keeps what is nan
-    # Nothing by nothing is nothing; what is no number stays none.
-    yield Invariant(name, 0.0 if scale == 0.0 else _rise(grown) / scale, MOST_ENERGY)
-
-
-def _rise(values: Array) -> float:
-    """How far a sequence that should only fall has risen above its lowest so far."""
-    return float((values - np.minimum.accumulate(values)).max())
+    free = energy - work + drag_taken_j(ran) - drag_given_j(ran)
+    if ran.case.scene.contact.friction > 0.0:
+        grown = growth_from_start(free, energy, work, spin_j(ran.case))
+    else:
+        grown = growth_in_windows(free, energy, work)
+    yield Invariant(name, grown, MOST_ENERGY)
 
 
 def _momentum(ran: Ran) -> Iterator[Invariant]:

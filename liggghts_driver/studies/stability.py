@@ -3,21 +3,18 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
-import numpy as np
-
 from liggghts_driver.case import make_case
-from liggghts_driver.contacts import contacts_at, largest_over_radius
-from liggghts_driver.engine.stop import Stop
-from liggghts_driver.errors import DriverError, PackingError, SceneError
+from liggghts_driver.errors import PackingError, SceneError
 from liggghts_driver.rundir import RunDirectory
 from liggghts_driver.scene import make_scene, read_scene
-from liggghts_driver.solve import solve
 from liggghts_driver.studies.energy import read_ran
+from liggghts_driver.studies.happenings import what_is_missing
 from liggghts_driver.studies.invariants import Invariant, changed_by, hardest, invariants_of
-from liggghts_driver.studies.tasks import run_folder, task_of
+from liggghts_driver.studies.restarted import restarted
+from liggghts_driver.studies.tasks import first_fault, run_folder, task_of
 from liggghts_driver.sweeps.work import is_done
 
 if TYPE_CHECKING:
@@ -37,10 +34,6 @@ LARGEST_FACTOR = 64.0
 _BISECTIONS = 2
 #: A run with half the step, beside which the others' answers are held.
 FINE = 0.5
-#: Between a run and the same in parts: rounding, multiplied by some collisions.
-_MOST_BY_A_RESTART = 1e-6
-#: Checkpoints of a run in parts, each after one piece of it.
-_CHECKPOINTS = 3
 
 
 @dataclass(frozen=True)
@@ -55,12 +48,16 @@ class Trial:
         What speaks against it, in a sentence; empty where all holds.
     refused
         Whether it was caught before the engine was launched.
+    invalid
+        Whether the driver itself says that there is no answer: by its verdict, or by a diagnosis of
+        a run that failed.
     """
 
     factor: float
     invariants: tuple[Invariant, ...] = ()
     why: str = ""
     refused: bool = False
+    invalid: bool = False
 
     @property
     def holds(self) -> bool:
@@ -114,7 +111,7 @@ class Studied:
         if self.case.expected == "refused":
             return self.own.refused
         if self.case.expected == "invalid":
-            return not self.own.holds
+            return self.own.invalid
         return self.own.holds
 
     def next_factor(self) -> float | None:
@@ -179,7 +176,7 @@ def _begin(case: HardCase) -> Studied:
         scene = read_scene(case.path)
         return Studied(case, scene, make_case(scene).time.step_s)
     except (SceneError, PackingError) as error:
-        return Studied(case, own=Trial(1.0, why=_first_fault(error), refused=True))
+        return Studied(case, own=Trial(1.0, why=first_fault(error), refused=True))
 
 
 def scene_at(scene: Scene, step_s: float, factor: float) -> Scene:
@@ -218,7 +215,7 @@ def _refusal(each: Studied, factor: float) -> Trial:
     try:
         make_case(scene_at(each.scene, each.step_s, factor))
     except (SceneError, PackingError) as error:
-        return Trial(factor, why=_first_fault(error), refused=True)
+        return Trial(factor, why=first_fault(error), refused=True)
     raise AssertionError("a scene that was refused is accepted now")
 
 
@@ -226,8 +223,9 @@ def trial_of(task: Task, factor: float, each: Studied) -> Trial:
     """What became of a run: its invariants, or why there are none."""
     if not is_done(task.folder):
         run = RunDirectory(task.folder)
-        faults = run.read_state().get("faults") or ["it did not end"]
-        return Trial(factor, why=str(faults[0]), refused=not run.deck.exists())
+        state = run.read_state()
+        why = str((state.get("faults") or ["it did not end"])[0])
+        return Trial(factor, (), why, not run.deck.exists(), "diagnosis" in state)
     ran = read_ran(task.folder)
     invariants = invariants_of(ran)
     if each.fine is not None:
@@ -245,68 +243,21 @@ def judged(factor: float, invariants: Sequence[Invariant], results: Mapping[str,
         reasons = results["reasons"]
         assert isinstance(reasons, list)
         why = str(reasons[0])
-    return Trial(factor, tuple(invariants), why)
+    return Trial(factor, tuple(invariants), why, invalid=results["verdict"] == "invalid")
+
+
+def own_trial(each: Studied, task: Task) -> Trial:
+    """What became of a run at its own step: it must be hard, too."""
+    trial = trial_of(task, 1.0, each)
+    missing = what_is_missing(each.case.name, read_ran(task.folder)) if trial.holds else ""
+    return replace(trial, why=f"it is not hard: {missing}") if missing else trial
 
 
 def _own_trial(each: Studied, task: Task | None, runs: Path) -> Trial:
     if task is None:
         return _refusal(each, 1.0)
-    trial = trial_of(task, 1.0, each)
-    if not (each.case.restarts and trial.holds):
+    trial = own_trial(each, task)
+    if not (each.case.restarts and trial.holds) or each.scene is None:
         return trial
     ran = read_ran(task.folder)
-    return judged(1.0, [*trial.invariants, *_restarted(each, ran, runs)], ran.results)
-
-
-def _restarted(each: Studied, whole: Ran, runs: Path) -> list[Invariant]:
-    """How much a run that goes on from checkpoints in contacts differs from the whole one."""
-    name, limit = "change by a restart", _MOST_BY_A_RESTART
-    assert each.scene is not None
-    whole_folder = run_folder(each.scene, runs)
-    folder = whole_folder.with_name(f"{whole_folder.name}-parts")
-    try:
-        if not is_done(folder):
-            solve(each.scene, folder, stop=_InParts(_CHECKPOINTS), report=False)
-    except DriverError as error:
-        return [Invariant(f"{name} ({_first_fault(error)})", math.nan, limit)]
-    parts = read_ran(folder)
-    apart = float(np.abs(parts.positions_m - whole.positions_m).max())
-    share = apart / float(whole.case.population.particle_radii_m.min())
-    steps = [checkpoint["step"] for checkpoint in RunDirectory(folder).checkpoints()]
-    outside = _CHECKPOINTS - sum(overlap > 0.0 for overlap in overlaps_at(parts, steps))
-    return [
-        Invariant(name, share, limit),
-        Invariant("checkpoints outside a contact", float(outside), 0.0),
-    ]
-
-
-def overlaps_at(ran: Ran, steps: Sequence[int]) -> list[float]:
-    """The largest overlap over radius in the frames of some steps; nan where there is no frame."""
-    frames = {round(time_s / ran.case.time.step_s): n for n, time_s in enumerate(ran.times_s)}
-    return [
-        largest_over_radius(contacts_at(ran.positions_m[frames[step]], ran.case))
-        if step in frames
-        else math.nan
-        for step in steps
-    ]
-
-
-class _InParts(Stop):
-    """Asks for a checkpoint at the end of the first piece of each of the first launches."""
-
-    def __init__(self, checkpoints: int) -> None:
-        super().__init__()
-        self._left = checkpoints
-
-    def watch(self, ask: Callable[[], None]) -> Callable[[], None]:
-        """As of any wish, but that it asks at once."""
-        if self._left > 0:
-            self._left -= 1
-            ask()
-        return super().watch(ask)
-
-
-def _first_fault(error: Exception) -> str:
-    """The mistake itself, where the first line tells the file and how many there are."""
-    lines = [line.strip(" -") for line in str(error).splitlines()]
-    return lines[1] if len(lines) > 1 and "mistake" in lines[0] else lines[0]
+    return judged(1.0, [*trial.invariants, *restarted(each.scene, ran, runs)], ran.results)

@@ -138,3 +138,9 @@ def run_folder(scene: Scene, runs: Path) -> Path:
 
 def _same(scene: Scene) -> Scene:
     return scene
+
+
+def first_fault(error: Exception) -> str:
+    """The mistake itself, where the first line tells the file and how many there are."""
+    lines = [line.strip(" -") for line in str(error).splitlines()]
+    return lines[1] if len(lines) > 1 and "mistake" in lines[0] else lines[0]

@@ -18,7 +18,7 @@ from liggghts_driver.studies.sabotage import (
     NO_PRESSURE,
     WEAK_SERVO,
 )
-from liggghts_driver.studies.stability import Studied, study_stability, trial_of
+from liggghts_driver.studies.stability import Studied, own_trial, study_stability
 from liggghts_driver.studies.tasks import run_folder, task_of
 from liggghts_driver.sweeps.local import cores_here, run_local
 
@@ -94,7 +94,7 @@ def test_every_quick_one_is_as_expected_by_itself(runs: Path) -> None:
     tasks = [task_of(each.case.name, each.scene, run_folder(each.scene, runs)) for each in launched]
     run(tasks)
     for each, task in zip(launched, tasks, strict=True):
-        each.own = trial_of(task, 1.0, each)
+        each.own = own_trial(each, task)
     assert wrong_ones(launched) == {}
 
 
@@ -111,15 +111,6 @@ def test_all_hold_and_nothing_hides(cases: list[HardCase], runs: Path) -> None:
 
 
 @pytest.mark.validate
-def test_what_is_to_be_pressed_together_is(runs: Path) -> None:
-    """In the others a contact may be over between two frames."""
-    pressed = {"micrometre_viscous", "jammed_bed", "blocked_inlet", "no_wide_pores"}
-    for each in tried([case for case in CASES if case.name in pressed], runs):
-        overlaps = {found.name: found.worst for found in each.own.invariants}
-        assert overlaps["overlap / radius"] > 0.0, each.case.name
-
-
-@pytest.mark.validate
 def test_what_is_taken_up_is_taken_up_in_a_contact(runs: Path) -> None:
     (studied,) = tried([case for case in CASES if case.restarts], runs)
     outside = {each.name: each.worst for each in studied.own.invariants}
@@ -129,17 +120,18 @@ def test_what_is_taken_up_is_taken_up_in_a_contact(runs: Path) -> None:
 def test_steps_too_large_are_caught(runs: Path) -> None:
     found = broken(QUICK, runs, partial(str.__eq__, LONGER_STEP))
     assert hidden(found) == []
-    assert {each.case for each in found if each.fate != "caught"} == UNTOUCHED
+    # Beside these the piston alone: half a step ahead, it has energy that nobody gave.
+    assert {each.case for each in found if each.fate != "caught"} == UNTOUCHED - {"no_particle"}
 
 
 def test_walls_left_out_are_caught(runs: Path) -> None:
     cases = [case for case in QUICK if case.name in {"soft_contacts", "on_wall_and_edge"}]
     found = broken(cases, runs, lambda name: name.startswith("no wall"))
     assert hidden(found) == []
-    # In the first spheres fly about; in the other they touch walls, and one runs into a wall.
+    # In the first spheres fly about; in the other one goes into each wall that is touched.
     caught = {(each.case, each.sabotage) for each in found if each.fate == "caught"}
-    soft = {("soft_contacts", f"no wall {axis}{side}") for axis in "xyz" for side in "-+"}
-    assert caught == {*soft, ("on_wall_and_edge", "no wall x+")}
+    faces = [f"no wall {axis}{side}" for axis in "xyz" for side in "-+"]
+    assert caught == {(case.name, face) for case in cases for face in faces}
 
 
 def test_a_force_left_out_and_a_servo_too_weak_are_caught(runs: Path) -> None:
