@@ -118,7 +118,7 @@ class TestAnswers:
 
         found = next(s for s in explain.explain_answer(shipped(rule)) if s.startswith("Entrance"))
         moved, rest = found.split("; no change beyond chance: ")
-        assert "whole grains inside (30.0 ± 2.5 %)" in moved
+        assert "whole grains inside (0.50) (30.0 ± 2.5 %)" in moved
         assert "exit open" in rest
 
     def test_steadiness(self):

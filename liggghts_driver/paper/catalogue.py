@@ -86,7 +86,7 @@ READINGS = (
     Reading("exit open", "exit", {"specimen.exit": "open"}),
     Reading("piston of 2.15 kg", "piston_mass", {"piston.mass": 2.15}),
     Reading("piston of 0.215 kg", "piston_mass", {"piston.mass": 0.215}),
-    Reading("whole grains inside", "grains", {"specimen.cut": "inside"}),
+    Reading("whole grains inside (0.50)", "grains", {"specimen.cut": "inside"}),
     Reading("reservoir of 0.31 m (v_p = 0.10)", "reservoir", {"particles.volume_fraction": 0.10}),
     Reading("reservoir of 0.12 m (v_p = 0.25)", "reservoir", {"particles.volume_fraction": 0.25}),
 )
