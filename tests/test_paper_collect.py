@@ -26,7 +26,7 @@ from liggghts_driver.paper.stored import (
 )
 from liggghts_driver.paper.tasks import tasks_to_do
 from liggghts_driver.rundir import RunDirectory
-from liggghts_driver.sweeps.plan import make_plan, read_plan
+from liggghts_driver.sweeps.plan import make_plan, read_plan, write_plan
 
 DECK = {"deck.in": "units si  # a comment\ntimestep 5e-4\n", "particles.data": "1 0.001 2.5\n"}
 
@@ -258,6 +258,16 @@ def test_what_is_stored_is_not_run_again(plan, tmp_path):
     left = [task.folder.name for task in tasks_to_do(["exit"], tmp_path / "points", stored)]
     assert left == [plan.points[0].run, plan.points[2].run]
     assert len(tasks_to_do(["exit"], tmp_path / "points")) == 3
+
+
+def test_plans_of_an_earlier_version_stay(tmp_path):
+    """A sweep whose points are others now is planned beside what was planned before."""
+    write_plan(make_plan(sweep_file("grains")), tmp_path / "sweep-exit")
+    before = (tmp_path / "sweep-exit" / "sweep.json").read_bytes()
+    assert len(tasks_to_do(["exit"], tmp_path / "points")) == 3
+    assert (tmp_path / "sweep-exit" / "sweep.json").read_bytes() == before
+    (kept,) = tmp_path.glob("sweep-exit-*")
+    assert read_plan(kept).source == "exit.toml"
 
 
 def test_collecting_reads_the_shipped_files(tmp_path, monkeypatch, plan):

@@ -6,6 +6,7 @@ from dataclasses import replace
 from operator import itemgetter
 from typing import TYPE_CHECKING
 
+from liggghts_driver.errors import RunFolderError
 from liggghts_driver.paper.catalogue import sweep_file
 from liggghts_driver.sweeps.plan import make_plan, write_plan
 from liggghts_driver.sweeps.status import run_states
@@ -16,6 +17,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from liggghts_driver.paper.stored import Stored
+    from liggghts_driver.sweeps.plan import Plan
     from liggghts_driver.sweeps.task import Task
 
 
@@ -43,7 +45,7 @@ def tasks_to_do(names: Sequence[str], runs: Path, stored: Stored | None = None) 
     found: dict[Path, tuple[int, Task]] = {}
     for name in names:
         plan = make_plan(sweep_file(name))
-        write_plan(plan, runs.parent / f"sweep-{name}")
+        _keep(plan, runs.parent / f"sweep-{name}")
         states = run_states({point.run for point in plan.points}, runs)
         for point in to_do(plan, states, plan.retries):
             if point.run in known:
@@ -52,3 +54,11 @@ def tasks_to_do(names: Sequence[str], runs: Path, stored: Stored | None = None) 
             named = replace(task, name=f"{name}: {task.name}")
             found.setdefault(task.folder, (point.replicate, named))
     return [task for _, task in sorted(found.values(), key=itemgetter(0))]
+
+
+def _keep(plan: Plan, folder: Path) -> None:
+    """Keep a plan, beside that of an earlier version of the shipped file where there is one."""
+    try:
+        write_plan(plan, folder)
+    except RunFolderError:
+        write_plan(plan, folder.with_name(f"{folder.name}-{plan.file_sha256[:8]}"))
