@@ -228,6 +228,18 @@ def test_what_breaks_first_is_a_word_or_two(tmp_path: Path, capsys: pytest.Captu
     assert words in (" ".join(line.split()) for line in printed)
 
 
+def test_why_a_case_is_refused_stands_below_the_table(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+):
+    why = "spheres[1].position = [0.0, 0.0, 0.0]: spheres[0] has the same centre"
+    refused = Studied(HardCase("same_place", "refused"), own=Trial(1.0, why=why, refused=True))
+    results = write_results([refused], [], tmp_path)
+    show_stability.stability(results, tmp_path, as_json=False)
+    printed = [" ".join(line.split()) for line in capsys.readouterr().out.splitlines()]
+    assert "same_place refused" in printed
+    assert f"refused: same_place: {why}" in printed
+
+
 def test_without_them_nothing_is_said(tmp_path: Path, capsys: pytest.CaptureFixture[str]):
     results = results_of([], tmp_path)
     assert results["hidden"] == []

@@ -57,10 +57,14 @@ def stability(results: Mapping[str, Any], folder: Path, *, as_json: bool) -> Non
 def _cases(results: Mapping[str, Any], console: Console) -> None:
     table = Table(box=None, padding=(0, 1, 0, 0))
     for head in _HEADS:
-        table.add_column(head, justify="right" if head in _NUMBERS else "left")
+        justify = "right" if head in _NUMBERS else "left"
+        table.add_column(head, justify=justify, no_wrap=head == "case")
     for row in results["cases"]:
         table.add_row(*_cells(row))
     console.print(table)
+    for row in results["cases"]:
+        if row["expected"] != "holds":
+            console.print(f"{row['expected']}: {row['case']}: {row['why']}", soft_wrap=True)
     for row in results["cases"]:
         if not row["as_expected"]:
             why = row["why"] or f"{row['expected']} was expected"
@@ -101,7 +105,7 @@ def _catchers(rows: Sequence[Mapping[str, Any]]) -> str:
 
 def _cells(row: Mapping[str, Any]) -> list[str]:
     if row["expected"] != "holds":
-        return [row["case"], f"{row['expected']}: {row['why']}", "", "", "", ""]
+        return [row["case"], row["expected"], "", "", "", ""]
     return [
         row["case"],
         _short(row["hardest_invariant"]) or row["why"],
