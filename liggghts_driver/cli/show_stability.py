@@ -57,8 +57,9 @@ def stability(results: Mapping[str, Any], folder: Path, *, as_json: bool) -> Non
 def _cases(results: Mapping[str, Any], console: Console) -> None:
     table = Table(box=None, padding=(0, 1, 0, 0))
     for head in _HEADS:
-        justify = "right" if head in _NUMBERS else "left"
-        table.add_column(head, justify=justify, no_wrap=head == "case")
+        table.add_column(
+            head, justify="right" if head in _NUMBERS else "left", no_wrap=head == "case"
+        )
     for row in results["cases"]:
         table.add_row(*_cells(row))
     console.print(table)
