@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -17,9 +18,11 @@ from liggghts_driver.paper.pooled import (
     flows_by_gradient,
     local_exponents,
     pool,
+    rates_from,
+    second_half,
     velocity_range,
 )
-from liggghts_driver.paper.words import NOT_RUN, cell, counted, judge, listed, short_cell
+from liggghts_driver.paper.words import NOT_RUN, cell, counted, holds, judge, listed, short_cell
 
 #: Rounding of a few operations.
 EXACT = 1e-12
@@ -67,6 +70,36 @@ class TestPooling:
         found = flow_from([point({}, 0, answer(2e-6))], "entrance", 10.0)
         assert found.mean == pytest.approx(2e-6, rel=2e-5)
 
+    def test_a_window_that_is_the_second_half_stays(self):
+        assert second_half(answer(2e-6), "entrance") == measured(2e-6, 0.02 * 2e-6)
+
+    def test_any_other_window_becomes_the_second_half(self):
+        """Nothing up to 25 s, 2000 mm3/s from then on: 1000 over the whole, 2000 over the half."""
+        found = answer(1e-6)
+        volume = [round(max(0.0, 2000.0 * (0.5 * n - 25.0))) for n in range(100)]
+        whole = replace(
+            found,
+            flow_m3_s={"entrance": replace(found.flow_m3_s["entrance"], from_s=0.0)},
+            curves=replace(found.curves, volume_mm3={"entrance": volume}),
+        )
+        half = second_half(whole, "entrance")
+        assert half.mean == pytest.approx(2e-6, rel=EXACT)
+        assert half.from_s == pytest.approx(25.0)
+        assert half.ci95 == pytest.approx(0.0, abs=1e-9)
+
+    def test_what_comes_late_is_told(self):
+        found = answer(1e-6)
+        late = replace(found, reached_s={"entrance": 21.0, "middle": None})
+        several = [point({}, 0, found), point({}, 1, late)]
+        assert flow(several, "entrance").late == 1
+        assert flow(several, "middle").late == 0
+
+    def test_rates_of_windows(self):
+        """Volumes are whole mm3: over 5 s at 2000 mm3/s that is 1e-4 of the rate."""
+        found = rates_from([point({}, 0, answer(2e-6))], "entrance", 10.0, 5.0)
+        assert list(found) == [10.0, 15.0, 20.0, 25.0, 30.0, 35.0, 40.0]
+        assert list(found.values()) == pytest.approx([2e-6] * 7, rel=1e-4)
+
     def test_the_range_is_that_of_all_packings(self):
         several = [point({}, n, answer(1e-6, velocity_m_s=v)) for n, v in enumerate((1e-3, 2e-3))]
         assert velocity_range(several) == pytest.approx((0.9e-3, 2.2e-3))
@@ -104,6 +137,12 @@ class TestExponents:
         assert exponent(flows).mean == pytest.approx(1.0, rel=1e-9)
         assert (1.0, 2.0) not in local_exponents(flows)
 
+    def test_a_flow_that_is_still_arriving_has_no_power(self):
+        flows = self.flows(1.0)
+        flows[1.0] = replace(flows[1.0], values={0: 1e-9}, late=1)
+        assert exponent(flows).mean == pytest.approx(1.0, rel=1e-9)
+        assert (1.0, 2.0) not in local_exponents(flows)
+
     def test_one_gradient_has_no_exponent(self):
         assert exponent(self.flows(1.0, gradients=(1.0,))) is None
 
@@ -138,12 +177,23 @@ class TestJudgements:
         assert found.kind == "undecided"
         assert not found.agrees
 
-    def test_one_packing_is_told(self):
-        assert "one packing" in judge(pooled(1.95), 2.0).words
+    def test_one_packing_decides_nothing(self):
+        assert judge(pooled(2.0), 2.0).kind == "one packing"
+        found = judge(pooled(1.0, own=None), 2.0)
+        assert found.words == "is 50 % below 2.00 in one packing, which decides nothing"
 
-    def test_without_a_number_or_an_interval_nothing_is_said(self):
+    def test_what_the_settings_explain_is_not_decided(self):
+        """4 % off with hardly any spread; the settings may be off by 5 %."""
+        assert judge(pooled(1.9199, 1.9201), 2.0).kind == "undecided"
+        assert judge(pooled(1.7999, 1.8001), 2.0).kind == "differs"
+
+    def test_without_a_number_nothing_is_said(self):
         assert judge(None, 1.0).words == NOT_RUN
-        assert judge(pooled(1.0, own=None), 1.0).kind == "unknown"
+
+    def test_a_value_within_the_interval_is_held(self):
+        assert holds(pooled(0.9, 1.0, 1.1), 1.2)
+        assert not holds(pooled(0.9, 1.0, 1.1), 1.3)
+        assert not holds(pooled(1.0), 1.0)
 
     def test_units_change_no_judgement(self):
         found = judge(pooled(1.9e-6, 2.0e-6, 2.1e-6, own=1e-8), 1.9e-6, 1e-6)
@@ -160,9 +210,14 @@ class TestCells:
         assert cell(None) == NOT_RUN
 
     def test_short(self):
-        assert short_cell(pooled(1.8, 2.0, 2.2)) == "2.00 ± 0.50"
+        assert short_cell(pooled(1.8, 2.0, 2.2)) == "2.00 ± 0.50 (3)"
         assert short_cell(pooled(2.0)) == "2.00 (one packing)"
         assert short_cell(None) == NOT_RUN
+
+    def test_what_drifts_or_is_still_arriving_is_marked(self):
+        drifting = pool({0: measured(1.0, 0.1), 1: measured(1.0, 0.1, steady=False)})
+        assert cell(drifting).endswith("(2) ~")
+        assert short_cell(replace(drifting, late=1)).endswith("(2) ~ →")
 
     @pytest.mark.parametrize(
         ("items", "text"), [([], ""), (["a"], "a"), (["a", "b"], "a and b"), ("abc", "a, b and c")]

@@ -10,17 +10,16 @@ from liggghts_driver.paper.catalogue import (
     FOLLOWS,
     MAIN,
     PRINTED,
-    READINGS,
     VISCOUS,
 )
 from liggghts_driver.paper.pooled import (
     by_gradient,
     exponent,
-    flow,
     flow_from,
     flows_by_gradient,
-    of_reading,
-    runs_through,
+    has_power,
+    rates_from,
+    second_half,
 )
 from liggghts_driver.paper.printed import (
     LARGEST_REYNOLDS,
@@ -29,11 +28,19 @@ from liggghts_driver.paper.printed import (
     STEADY_FROM_S,
     TABLE_1,
 )
-from liggghts_driver.paper.words import NOT_RUN, capital, cell, counted, judge, listed, short_cell
+from liggghts_driver.paper.words import (
+    NOT_RUN,
+    capital,
+    counted,
+    holds,
+    judge,
+    listed,
+    short_cell,
+)
 from liggghts_driver.report.numbers import number
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
+    from collections.abc import Callable, Mapping, Sequence
 
     from liggghts_driver.paper.catalogue import Series
     from liggghts_driver.paper.pooled import Pooled
@@ -44,65 +51,10 @@ SECTIONS = ("entrance", "middle")
 FLOW_UNIT = 1e-6
 #: The reading of the flow's dependence on the gradient that the law allows, and the drag.
 _PROPORTIONAL = 1.0
-
-
-def reading_answer(stored: Stored) -> list[str]:
-    """Whether any reading gives the paper's flow rates at 10 Pa/m: a verdict, then each."""
-    printed = ROWS[MAIN_GRADIENT_PA_M]
-    known, missing = [], []
-    for reading in READINGS:
-        points = of_reading(stored, reading)
-        found = {name: flow(points, name) for name in SECTIONS}
-        judged = {name: judge(found[name], printed.flow_m3_s(name), FLOW_UNIT) for name in SECTIONS}
-        if all(each.kind == "unknown" for each in judged.values()):
-            missing.append(reading.title)
-        else:
-            known.append((reading, found, judged))
-    both = [r.title for r, _, judged in known if all(j.agrees for j in judged.values())]
-    one = [r.title for r, _, j in known if j["entrance"].agrees and r.title not in both]
-    offs = {
-        reading.title: sum(abs(_off(found[s], printed.flow_m3_s(s))) for s in SECTIONS)
-        for reading, found, _ in known
-    }
-    nearest = min(offs, key=lambda title: offs[title], default="")
-    sentences = [_verdict(both, one, len(known), nearest)]
-    sentences += [
-        f"{capital(reading.title)}: "
-        + "; ".join(
-            f"{name}, {cell(found[name], FLOW_UNIT)}: {judged[name].words}" for name in SECTIONS
-        )
-        + "."
-        for reading, found, judged in known
-    ]
-    if missing:
-        sentences.append(f"{capital(NOT_RUN)}: {listed(missing)}.")
-    return sentences
-
-
-def _off(pooled: Pooled | None, reference: float) -> float:
-    """How far a mean is from a number, over the number; infinitely where there is no mean."""
-    return math.inf if pooled is None else pooled.mean / reference - 1.0
-
-
-def _verdict(both: Sequence[str], one: Sequence[str], known: int, nearest: str) -> str:
-    printed = ROWS[MAIN_GRADIENT_PA_M]
-    entrance, middle = (number(printed.flow_m3_s(name) / FLOW_UNIT) for name in SECTIONS)
-    if not known:
-        return f"{capital(NOT_RUN)}."
-    if both:
-        return (
-            f"Yes: {listed(both)} agrees with {entrance} at the entrance and with {middle} at the "
-            "middle."
-        )
-    if one:
-        return (
-            f"At the entrance {listed(one)} agrees with {entrance}; at the middle none does with "
-            f"{middle}."
-        )
-    return (
-        f"No: of {counted(known, 'reading')} that ran, none agrees with {entrance} at the entrance "
-        f"within its interval; nearest over both sections comes: {nearest}."
-    )
+#: Half of what lies between the powers 1 and 0.74: only a narrower interval tells them apart.
+_TELLS_APART = 0.13
+#: A window that is short beside the phases of the flow and long beside single arrivals.
+_WINDOW_S = 2.5
 
 
 def is_slow(gradient_pa_m: float) -> bool:
@@ -119,31 +71,41 @@ def power_answer(stored: Stored) -> list[str]:
         f"{number(free, 2)} from {gradients[0]:g} to {gradients[-1]:g} Pa/m."
     )
     sentences = [lone]
-    linear = []
+    kinds: dict[str, list[str]] = {"proportional": [], "other": [], "not told": []}
     for series in (MAIN, PRINTED, FOLLOWS, VISCOUS):
         found = {name: _exponent(stored, series, name) for name in SECTIONS}
         words = "; ".join(
-            f"{n}{_range_of(stored, series, n)}, {_power_words(found[n], free)}" for n in SECTIONS
+            f"{n}{_range_of(stored, series, n)}, {_power_words(found[n], free)}"
+            if len(flows_by_gradient(stored, series, n)) > 1
+            else f"{n}, {NOT_RUN}"
+            for n in SECTIONS
         )
         sentences.append(f'"{series.name}", {series.title}: {words}.')
         pooled = found["entrance"]
-        if pooled is not None and _holds(pooled, _PROPORTIONAL):
-            linear.append(f'"{series.name}"')
-    judged = [s for s in (MAIN, PRINTED, FOLLOWS, VISCOUS) if _known(stored, s)]
-    return [_linear(linear, judged), *sentences]
+        if pooled is not None and pooled.between is not None:
+            told = f'"{series.name}" (power {short_cell(pooled)})'
+            kinds[_kind_of_power(pooled, free)].append(told)
+    return [_linear(kinds), *sentences]
 
 
-def _linear(linear: Sequence[str], judged: Sequence[Series]) -> str:
-    if not judged:
+def _kind_of_power(pooled: Pooled, free: float) -> str:
+    """Whether a flow goes with the gradient; only a narrow interval without 0.74 says so."""
+    if not holds(pooled, _PROPORTIONAL):
+        return "other"
+    narrow = pooled.between is not None and pooled.between < _TELLS_APART
+    return "proportional" if narrow and not holds(pooled, free) else "not told"
+
+
+def _linear(kinds: Mapping[str, Sequence[str]]) -> str:
+    if not any(kinds.values()):
         return "What makes it linear is not known: no reading has an exponent with an interval yet."
-    if linear:
-        how = listed(linear)
-        return f"At the entrance the flow goes with the gradient, within the interval, with {how}."
-    names = listed([f'"{series.name}"' for series in judged])
-    return (
-        "At the entrance the flow goes with the gradient, within the interval, in none of those "
-        f"that ran: {names}."
-    )
+    told = {
+        "proportional": "the flow goes with the gradient in the reading",
+        "other": "the flow does not go with the gradient in the reading",
+        "not told": "proportional cannot be told from free flight's power in the reading",
+    }
+    parts = [f"{told[kind]} {listed(some)}" for kind, some in kinds.items() if some]
+    return f"At the entrance {'; '.join(parts)}."
 
 
 def fitted(series: Series) -> Callable[[float], bool]:
@@ -159,31 +121,29 @@ def _exponent(stored: Stored, series: Series, section: str) -> Pooled | None:
     return exponent(flows_by_gradient(stored, series, section), fitted(series))
 
 
-def _known(stored: Stored, series: Series) -> bool:
-    pooled = _exponent(stored, series, "entrance")
-    return pooled is not None and pooled.between is not None
-
-
 def _range_of(stored: Stored, series: Series, section: str) -> str:
     """The gradients over which an exponent was fitted, and those at which nothing flows."""
     flows = {
         g: p for g, p in flows_by_gradient(stored, series, section).items() if fitted(series)(g)
     }
-    chosen = [g for g, pooled in flows.items() if runs_through(pooled)]
-    still = [f"{g:g}" for g in flows if g not in chosen]
-    nothing = f", in some packing nothing at {listed(still)} Pa/m" if still else ""
-    return f" ({chosen[0]:g} to {chosen[-1]:g} Pa/m{nothing})" if len(chosen) > 1 else ""
-
-
-def _holds(pooled: Pooled, value: float) -> bool:
-    return pooled.between is not None and abs(pooled.mean - value) <= pooled.between
+    chosen = [g for g, pooled in flows.items() if has_power(pooled)]
+    late = [f"{g:g}" for g, pooled in flows.items() if pooled.late]
+    still = [f"{g:g}" for g, p in flows.items() if g not in chosen and not p.late]
+    parts = [f"{chosen[0]:g} to {chosen[-1]:g} Pa/m"] if len(chosen) > 1 else []
+    parts += [f"still arriving at {listed(late)} Pa/m"] if late else []
+    parts += [f"in some packing nothing at {listed(still)} Pa/m"] if still else []
+    return f" ({', '.join(parts)})" if parts else ""
 
 
 def _power_words(pooled: Pooled | None, free: float) -> str:
-    if pooled is None or pooled.between is None:
+    if pooled is None:
+        return "no power to be fitted"
+    if pooled.between is None:
         return short_cell(pooled)
+    if _kind_of_power(pooled, free) == "not told":
+        return f"{short_cell(pooled)}, which cannot tell 1 from {number(free, 2)}"
     both = {"1": _PROPORTIONAL, number(free, 2): free}
-    near = [name for name, value in both.items() if _holds(pooled, value)]
+    near = [name for name, value in both.items() if holds(pooled, value)]
     told = f"which may be {' or '.join(near)}" if near else f"neither {' nor '.join(both)}"
     return f"{short_cell(pooled)}, {told}"
 
@@ -193,18 +153,22 @@ def steady_answer(stored: Stored) -> list[str]:
     points = [p for p in by_gradient(stored, MAIN).get(MAIN_GRADIENT_PA_M, []) if p.sound]
     if not points:
         return [f"{capital(NOT_RUN)}."]
-    sentences = []
-    for name in SECTIONS:
-        found = [p.sound.flow_m3_s[name] for p in points if p.sound is not None]
-        steady = sum(each.steady for each in found)
-        drifts = "; ".join(each.reason for each in found if not each.steady)
-        why = f" ({drifts})" if drifts else ""
-        sentences.append(
-            f"{capital(name)}: over the second half of the run the flow is steady in {steady} of "
-            f"{counted(len(found), 'packing')}{why}."
-        )
+    sentences = [
+        f"{capital(name)}: over the second half of the run the flow is "
+        f"{steady_words(points, name)}."
+        for name in SECTIONS
+    ]
     sentences += [_from_then_on(points, name) for name in SECTIONS]
     return [*sentences, _arrivals(stored)]
+
+
+def steady_words(points: Sequence[Point], section: str) -> str:
+    """In how many packings the flow is steady over the second half, and why not in the others."""
+    found = [second_half(p.sound, section) for p in points if p.sound is not None]
+    drifts = "; ".join(each.reason for each in found if not each.steady)
+    why = f" ({drifts})" if drifts else ""
+    steady = sum(each.steady for each in found)
+    return f"steady in {steady} of {counted(len(found), 'packing')}{why}"
 
 
 def _arrivals(stored: Stored) -> str:
@@ -227,42 +191,26 @@ def _arrivals(stored: Stored) -> str:
 
 
 def _from_then_on(points: Sequence[Point], section: str) -> str:
+    """The mean from the instant on from which the paper has a steady flow, and what it averages."""
     pooled = flow_from(points, section, STEADY_FROM_S)
-    printed = ROWS[MAIN_GRADIENT_PA_M].flow_m3_s(section)
+    judged = judge(pooled, ROWS[MAIN_GRADIENT_PA_M].flow_m3_s(section), FLOW_UNIT)
     return (
         f"{capital(section)}, from {STEADY_FROM_S:g} s to the end, as the text has it: the mean "
-        f"flow rate is {short_cell(pooled, FLOW_UNIT)}; the paper's is "
-        f"{number(printed / FLOW_UNIT)}."
+        f"flow rate is {short_cell(pooled, FLOW_UNIT)}, which {judged.words}"
+        f"{_averaged(points, section)}."
     )
 
 
-def validity_answer(stored: Stored, series: Series) -> list[str]:
-    """Where the simulated flow leaves the law's line."""
-    return [
-        f"{capital(name)}: {_leaves(flows_by_gradient(stored, series, name))}." for name in SECTIONS
+def _averaged(points: Sequence[Point], section: str) -> str:
+    """What a mean hides, if a window of that stretch has less than half or more than twice it."""
+    rates = rates_from(points, section, STEADY_FROM_S, _WINDOW_S)
+    mean = sum(rates.values()) / len(rates)
+    fast, slow = max(rates, key=rates.__getitem__), min(rates, key=rates.__getitem__)
+    if rates[slow] > 0.5 * mean and rates[fast] < 2.0 * mean:
+        return ""
+    ends = [
+        f"{number(rates[start] / FLOW_UNIT, 2)} in the {_WINDOW_S:g} s from {start:g} s on"
+        for start in sorted((fast, slow))
     ]
-
-
-def _leaves(flows: dict[float, Pooled]) -> str:
-    known = {g: pooled for g, pooled in flows.items() if pooled.half_width is not None}
-    if not known:
-        return NOT_RUN
-    sides: dict[str, list[float]] = {"above": [], "on": [], "below": []}
-    for gradient, pooled in known.items():
-        off, half = pooled.mean - law.law_flow_m3_s(gradient), pooled.half_width or 0.0
-        sides["on" if abs(off) <= half else "above" if off > 0.0 else "below"].append(gradient)
-    parts = [
-        f"{side} it at {listed([f'{g:g}' for g in some])} Pa/m"
-        for side, some in sides.items()
-        if some
-    ]
-    below = sides["below"]
-    last = max(sides["above"] + sides["on"], default=None)
-    beyond = [g for g in below if last is not None and g > last]
-    if not beyond:
-        return f"beside the law's line, the flow is {listed(parts)}"
-    reynolds = number(law.law_reynolds(beyond[0]), 2)
-    return (
-        f"beside the law's line, the flow is {listed(parts)}; it stays below from {beyond[0]:g} "
-        f"Pa/m on, Re = {reynolds}"
-    )
+    what = "a fast entry, a standstill and the decay" if fast < slow else "a flow that comes up"
+    return f"; but that averages {what} ({listed(ends)}): it is no steady flow"

@@ -73,20 +73,27 @@ ALL_GRADIENTS = Series(MAIN.name, MAIN.title, {"gradient": (), "more_gradients":
 
 @dataclass(frozen=True)
 class Reading:
-    """A reading at the paper's main gradient: where its points are, and what it is called."""
+    """A reading at the paper's main gradient: where its points are, and what it is called.
+
+    ``beside`` is what it differs from in one thing alone; None for the first of the readings.
+    """
 
     title: str
     sweep: str
     values: Mapping[str, Any]
+    beside: Reading | None = None
 
 
+#: What whole grains are held against: cut ones at the fraction at which whole ones fit.
+CUT_AT_HALF = Reading("cut grains (0.50)", "grains", {"specimen.cut": "bulk"})
 READINGS = (
     Reading("fluid outside with the piston", "gradient", {GRADIENT: 10.0}),
     Reading("outside v_f = a t, for ever", "outside_fluid", {GRADIENT: 10.0}),
     Reading("exit open", "exit", {"specimen.exit": "open"}),
     Reading("piston of 2.15 kg", "piston_mass", {"piston.mass": 2.15}),
     Reading("piston of 0.215 kg", "piston_mass", {"piston.mass": 0.215}),
-    Reading("whole grains inside (0.50)", "grains", {"specimen.cut": "inside"}),
+    Reading("whole grains inside (0.50)", "grains", {"specimen.cut": "inside"}, CUT_AT_HALF),
+    CUT_AT_HALF,
     Reading("reservoir of 0.31 m (v_p = 0.10)", "reservoir", {"particles.volume_fraction": 0.10}),
     Reading("reservoir of 0.12 m (v_p = 0.25)", "reservoir", {"particles.volume_fraction": 0.25}),
 )

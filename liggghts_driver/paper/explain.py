@@ -8,7 +8,7 @@ import numpy as np
 
 from liggghts_driver.paper import law
 from liggghts_driver.paper.answers import FLOW_UNIT, SECTIONS
-from liggghts_driver.paper.catalogue import FRICTIONS, MAIN, READINGS
+from liggghts_driver.paper.catalogue import FRICTIONS, MAIN, READINGS, TABLE_READINGS
 from liggghts_driver.paper.figure_charts import fraction_points
 from liggghts_driver.paper.pooled import by_gradient, flow, of_reading, velocity
 from liggghts_driver.paper.printed import MAIN_GRADIENT_PA_M, ROWS
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
     from liggghts_driver.paper.catalogue import Reading
-    from liggghts_driver.paper.stored import Point, Stored
+    from liggghts_driver.paper.stored import Answer, Point, Stored
     from liggghts_driver.studies.paired import Change
 
 #: A flow below this share of that without friction has come to a stop.
@@ -59,6 +59,34 @@ def _crowding(stored: Stored) -> Iterator[str]:
             f"At the end of our runs particles fill {number(filled, 2)} of the specimen's pores, "
             "those that are held among them."
         )
+    yield from _piled(stored)
+
+
+def _piled(stored: Stored) -> Iterator[str]:
+    """How densely particles lie before the entrance at the end; the law has the reservoir's."""
+    fraction = law.example().particles.volume_fraction
+    assert fraction is not None
+    for series in TABLE_READINGS:
+        points = by_gradient(stored, series).get(MAIN_GRADIENT_PA_M, [])
+        found = [_before_entrance(p.sound) for p in points if p.sound is not None]
+        if found:
+            dense = float(np.mean(found))
+            yield (
+                f"Between piston and entrance particles fill {number(dense, 2)} of the channel "
+                f"when the runs end ({series.title}): {number(dense / fraction, 2)} times the "
+                f"{fraction:g} that the law counts with from the reservoir to the exit."
+            )
+
+
+def _before_entrance(answer: Answer) -> float:
+    """The volume fraction of particles between the piston and the entrance at the end of a run."""
+    scene = law.example()
+    assert scene.specimen is not None
+    assert scene.particles.volume_fraction is not None
+    area_m2, places_m = scene.specimen.width**2, np.array(answer.curves.piston_x_um) * 1e-6
+    all_m3 = scene.particles.volume_fraction * area_m2 * -places_m[0]
+    past_m3 = answer.curves.volume_mm3["entrance"][-1] * 1e-9
+    return float((all_m3 - past_m3) / (area_m2 * -places_m[-1]))
 
 
 def _denser(ours: float, printed: float, slow: float, printed_slow: float) -> str:
@@ -81,18 +109,20 @@ def _filled(points: Sequence[Point]) -> float | None:
 
 
 def change_of(stored: Stored, reading: Reading, section: str) -> Change | None:
-    """What a reading changes of a flow rate, packing by packing beside the first reading."""
-    own, base = (flow(of_reading(stored, r), section) for r in (reading, READINGS[0]))
+    """What a reading changes of a flow rate, packing by packing, from what it differs from."""
+    base_reading = reading.beside or READINGS[0]
+    own, base = (flow(of_reading(stored, each), section) for each in (reading, base_reading))
     return paired_change(own.values, base.values) if own and base else None
 
 
 def change_words(change: Change) -> str:
     """A change in per cent with its interval."""
+    sign = "+" if change.mean > 0.0 else ""
     if change.ci95 is None:
-        return f"{number(100.0 * change.mean, 2)} % (one packing)"
+        return f"{sign}{number(100.0 * change.mean, 2)} %, one packing"
     decimals = decimals_for(100.0 * change.ci95)
     mean, half = (fixed(100.0 * value, decimals) for value in (change.mean, change.ci95))
-    return f"{mean} ± {half} %"
+    return f"{sign}{mean} ± {half} %"
 
 
 def _sensitivity(stored: Stored) -> Iterator[str]:
@@ -107,7 +137,7 @@ def _sensitivity(stored: Stored) -> Iterator[str]:
         told = {
             "moves": "what changes the flow beyond chance",
             "not told": "no change beyond chance",
-            "one": "with one packing, chance not known",
+            "one": "chance not known",
         }
         parts = [f"{told[kind]}: {listed(some)}" for kind, some in kinds.items() if some]
         yield f"{capital(section)}, beside {READINGS[0].title}: {'; '.join(parts) or NOT_RUN}."
@@ -120,16 +150,20 @@ def _kind(change: Change) -> str:
 def friction_answer(stored: Stored) -> list[str]:
     """How much friction slows the flow at the entrance, and whether it stops it."""
     sentences = []
+    settings = stored.sweeps[FRICTIONS[0].sweep].settings if stored.sweeps else {}
+    rolling = settings.get("contact.rolling_friction", 0.0)
     for reading in FRICTIONS:
         change = change_of(stored, reading, "entrance")
         if change is None:
             sentences.append(f"{capital(reading.title)}: {NOT_RUN}.")
             continue
         stopped = 1.0 + change.mean < _STOPPED
-        end = ": the entrance is obstructed, as the paper says may happen" if stopped else ""
+        end = f"not obstructed: {number(100.0 * (1.0 + change.mean), 2)} % remains"
+        if stopped:
+            end = "the entrance is obstructed, as the paper says may happen"
         sentences.append(
-            f"{capital(reading.title)}: the flow rate at the entrance over the second half changes "
-            f"by {change_words(change)}{end}."
+            f"{capital(reading.title)}, rolling {rolling:g}: the flow rate at the entrance over "
+            f"the second half changes by {change_words(change)}; {end}."
         )
     return sentences
 

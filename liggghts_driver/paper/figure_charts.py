@@ -17,7 +17,7 @@ from liggghts_driver.paper.pooled import flow, of_reading
 from liggghts_driver.paper.printed import MAIN_GRADIENT_PA_M, ROWS
 from liggghts_driver.paper.words import NOT_RUN
 from liggghts_driver.prediction import darcy_inputs
-from liggghts_driver.report.style import DASHED, GREY, INK
+from liggghts_driver.report.style import DASHED, GREY, INK, PALE
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -33,6 +33,11 @@ if TYPE_CHECKING:
 _SAMPLES = 121
 #: The axis of flow rates ends there, in millionths; intervals may go on.
 _WIDEST_RATE = 4.2
+#: Right of the paper's values, which words must not cross.
+_WORDS_FROM = 2.25
+#: Where both lines stand at one place, the narrow dashes lie on the wide pale line.
+_PAPER: Any = {"color": PALE, "linewidth": 4.0, "zorder": 1.0}
+_LAW: Any = {"color": INK, "linestyle": DASHED, "linewidth": 1.2, "zorder": 1.5}
 
 
 @dataclass(frozen=True)
@@ -91,7 +96,7 @@ def fraction_points(stored: Stored, section: str) -> dict[float, Pooled]:
 
 
 def paint_what_if(stored: Stored, figure: Figure) -> None:
-    """Four charts; simulated points stand where the scene has what varies."""
+    """Four charts; simulated points in the one whose input was varied in simulations."""
     several = charts()
     grid = figure.subplots(2, 2, sharey=True)
     for axes, chart in zip(grid.flat, several, strict=True):
@@ -102,9 +107,6 @@ def paint_what_if(stored: Stored, figure: Figure) -> None:
         axes.set(xlabel=chart.label, xscale="log" if chart.log else "linear")
     for section, colour in SECTION_COLOURS.items():
         _points(grid[0, 0], fraction_points(stored, section), colour)
-        for axes, chart in zip(grid.flat[1:], several[1:], strict=True):
-            pooled = flow(of_reading(stored, READINGS[0]), section)
-            _points(axes, {chart.own: pooled} if pooled else {}, colour)
     grid[0, 0].set(ylim=(0.0, _WIDEST_RATE))
     figure.supylabel("particle flow rate at 10 Pa/m [10⁻⁶ m³/s]", fontsize="medium")
     handles = [
@@ -123,7 +125,8 @@ def _points(axes: Axes, found: Mapping[float, Pooled], colour: str) -> None:
     bars: Any = {"fmt": "o", "capsize": 2.5, "markersize": 4.5, "linewidth": 1.2}
     for place, pooled in found.items():
         error = None if pooled.half_width is None else pooled.half_width / FLOW_UNIT
-        axes.errorbar(place, pooled.mean / FLOW_UNIT, yerr=error, color=colour, **bars)
+        face = "white" if pooled.between is None else colour
+        axes.errorbar(place, pooled.mean / FLOW_UNIT, yerr=error, color=colour, mfc=face, **bars)
 
 
 def paint_readings(stored: Stored, figure: Figure) -> None:
@@ -132,8 +135,8 @@ def paint_readings(stored: Stored, figure: Figure) -> None:
     readings = (*READINGS, *FRICTIONS)
     row = ROWS[MAIN_GRADIENT_PA_M]
     for axes, section in zip(panels, SECTIONS, strict=True):
-        axes.axvline(row.flow_m3_s(section) / FLOW_UNIT, color=INK, linewidth=1.0)
-        axes.axvline(law.law_flow_m3_s(row.gradient_pa_m) / FLOW_UNIT, color=INK, linestyle=DASHED)
+        axes.axvline(row.flow_m3_s(section) / FLOW_UNIT, **_PAPER)
+        axes.axvline(law.law_flow_m3_s(row.gradient_pa_m) / FLOW_UNIT, **_LAW)
         for place, reading in enumerate(readings):
             _reading(axes, place, flow(of_reading(stored, reading), section), section)
         axes.set(ylim=(len(readings) - 0.5, -0.5))
@@ -144,9 +147,9 @@ def paint_readings(stored: Stored, figure: Figure) -> None:
     panels[0].set_yticks(range(len(readings)), titles, fontsize="small")
     figure.supxlabel("particle flow rate at 10 Pa/m [10⁻⁶ m³/s]", fontsize="medium")
     handles = [
-        Line2D([], [], color=INK, linewidth=1.0, label="paper's DEM"),
-        Line2D([], [], color=INK, linestyle=DASHED, label="law"),
-        Line2D([], [], color=GREY, marker=".", linestyle="none", label="one packing"),
+        Line2D([], [], label="paper's DEM", **_PAPER),
+        Line2D([], [], label="law", **_LAW),
+        Line2D([], [], color=GREY, marker=".", linestyle="none", label="each packing"),
     ]
     figure.legend(handles=handles, loc="outside upper left", ncols=3)
 
@@ -154,11 +157,12 @@ def paint_readings(stored: Stored, figure: Figure) -> None:
 def _reading(axes: Axes, place: int, pooled: Pooled | None, section: str) -> None:
     if pooled is None:
         words: Any = {"color": GREY, "va": "center", "fontsize": "small"}
-        axes.text(0.03, place, NOT_RUN, transform=axes.get_yaxis_transform(), **words)
+        axes.text(_WORDS_FROM, place, NOT_RUN, **words)
         return
     colour = SECTION_COLOURS[section]
     error = None if pooled.half_width is None else pooled.half_width / FLOW_UNIT
     bars: Any = {"fmt": "o", "capsize": 2.5, "markersize": 5, "linewidth": 1.4}
-    axes.errorbar(pooled.mean / FLOW_UNIT, place, xerr=error, color=colour, **bars)
+    face = "white" if pooled.between is None else colour
+    axes.errorbar(pooled.mean / FLOW_UNIT, place, xerr=error, color=colour, mfc=face, **bars)
     single = [value / FLOW_UNIT for value in pooled.values.values()]
     axes.plot(single, [place + 0.25] * len(single), ".", color=GREY, markersize=4)

@@ -45,27 +45,36 @@ if TYPE_CHECKING:
 _LOW, _HIGH = 0.4, 130.0
 #: Series, colour, marker, and how far aside it stands, so that intervals do not cover each other.
 _LOOKS: tuple[tuple[Series, str, str, float], ...] = (
-    (ALL_GRADIENTS, BLUE, "o", 0.97),
-    (PRINTED, VERMILION, "s", 1.03),
-    (FOLLOWS, GREEN, "^", 1.0),
+    (ALL_GRADIENTS, BLUE, "o", 0.87),
+    (PRINTED, VERMILION, "s", 1.15),
+    (FOLLOWS, GREEN, "^", 1.28),
 )
-_PAPER: Any = {"color": INK, "marker": "D", "markersize": 4.5, "linestyle": "none"}
-_EXPONENTS = (-0.2, 1.6)
+#: The paper's stands in front of the others, with a rim that parts them.
+_PAPER: Any = {
+    "color": INK, "marker": "D", "markersize": 5.5, "linestyle": "none", "zorder": 4.0,
+    "markeredgecolor": "white", "markeredgewidth": 0.5,
+}  # fmt: skip
+_EXPONENTS = (-0.3, 2.0)
+_PAPER_RANGE: Any = {"color": INK, "linewidth": 4.0, "solid_capstyle": "butt"}
+_FREE_FLIGHT: Any = {"color": GREY, "linewidth": 1.0}
+#: How far an arrow goes down, as a share of the mean, where the interval goes on to zero.
+_ARROW = 0.6
 
 
 def paint_flow(stored: Stored, figure: Figure) -> None:
     """Above, flow rates with law and paper; below, the local exponents; a column each section."""
     grid = figure.subplots(2, 2, sharex=True, sharey="row", height_ratios=(1.6, 1.0))
+    looks = [look for look in _LOOKS if _has_run(stored, look[0])]
     for column, section in enumerate(SECTIONS):
         above, below = grid[0, column], grid[1, column]
         _law_line(above, lambda g: law.law_flow_m3_s(g) / FLOW_UNIT)
         printed = {row.gradient_pa_m: row.flow_m3_s(section) for row in TABLE_1}
         above.plot(list(printed), [v / FLOW_UNIT for v in printed.values()], **_PAPER)
         _exponents_of(below, printed)
-        for series, colour, marker, aside in _LOOKS:
+        for series, colour, marker, aside in looks:
             flows = flows_by_gradient(stored, series, section)
             _flows(above, flows, colour, marker, aside)
-            _exponents(below, local_exponents(flows), colour, marker)
+            _exponents(below, local_exponents(flows), colour, marker, aside)
         _dress(above)
         _reynolds_axis(above)
         below.axhline(1.0, color=INK, linestyle=DASHED, linewidth=1.0)
@@ -77,7 +86,13 @@ def paint_flow(stored: Stored, figure: Figure) -> None:
     grid[0, 0].set_ylabel("particle flow rate [10⁻⁶ m³/s]")
     grid[1, 0].set_ylabel("local exponent")
     free_flight = Line2D([], [], color=GREY, linewidth=1.0, label="free flight (exponent)")
-    figure.legend(handles=[*_handles(_LOOKS), free_flight], loc="outside upper left", ncols=2)
+    figure.legend(handles=[*_handles(looks), free_flight], loc="outside upper left", ncols=2)
+
+
+def _has_run(stored: Stored, series: Series) -> bool:
+    """Whether any point of its own has an answer, beside those that it shares with another."""
+    own = [name for name, gradients in series.parts.items() if not gradients]
+    return any(point.sound is not None for name in own for point in stored.points(name))
 
 
 def paint_velocity(stored: Stored, figure: Figure) -> None:
@@ -85,11 +100,11 @@ def paint_velocity(stored: Stored, figure: Figure) -> None:
     axes = figure.add_subplot()
     _law_line(axes, lambda g: 1e3 * law.law_velocity_m_s(g))
     gradients = np.geomspace(_LOW, _HIGH, 120)
-    axes.plot(gradients, [1e3 * law.free_flight_m_s(g) for g in gradients], color=GREY)
+    axes.plot(gradients, [1e3 * law.free_flight_m_s(g) for g in gradients], **_FREE_FLIGHT)
     for row in TABLE_1:
         place = [row.gradient_pa_m] * 2
-        axes.plot(place, [1e3 * v for v in row.velocity_m_s], color=INK, linewidth=4, alpha=0.6)
-    looks = [(ALL_GRADIENTS, *_LOOKS[0][1:]), _LOOKS[1]]
+        axes.plot(place, [1e3 * v for v in row.velocity_m_s], **_PAPER_RANGE)
+    looks = [look for look in _LOOKS[:2] if _has_run(stored, look[0])]
     for series, colour, marker, aside in looks:
         for gradient, points in by_gradient(stored, series).items():
             mean, reach = velocity(points), velocity_range(points)
@@ -100,8 +115,8 @@ def paint_velocity(stored: Stored, figure: Figure) -> None:
     axes.set(xlabel="pressure gradient [Pa/m]", ylabel="velocity of the flowing particles [mm/s]")
     handles = _handles(looks, paper=False)
     handles += [
-        Line2D([], [], color=INK, linewidth=4, alpha=0.6, label="paper's DEM, range"),
-        Line2D([], [], color=GREY, label="free flight"),
+        Line2D([], [], label="paper's DEM, range in time", **_PAPER_RANGE),
+        Line2D([], [], label="free flight", **_FREE_FLIGHT),
     ]
     figure.legend(handles=handles, loc="outside upper left", ncols=2)
 
@@ -119,21 +134,49 @@ def _flows(
     axes: Axes, flows: Mapping[float, Pooled], colour: str, marker: str, aside: float
 ) -> None:
     known = {g: p for g, p in flows.items() if p.mean > 0.0}
-    if not known:
-        return
-    low = [min(p.half_width or 0.0, 0.9 * p.mean) / FLOW_UNIT for p in known.values()]
-    high = [(p.half_width or 0.0) / FLOW_UNIT for p in known.values()]
-    bars: Any = {"yerr": [low, high], "fmt": marker, "capsize": 2.5, "markersize": 5}
-    heights = [p.mean / FLOW_UNIT for p in known.values()]
-    axes.errorbar([aside * g for g in known], heights, color=colour, linewidth=1.2, **bars)
+    for face, single in ((colour, False), ("white", True)):
+        some = {g: p for g, p in known.items() if (p.between is None) == single}
+        if some:
+            _with_bars(axes, some, aside, {"fmt": marker, "color": colour, "mfc": face})
+
+
+def _with_bars(axes: Axes, flows: Mapping[float, Pooled], aside: float, look: Any) -> None:
+    """Markers with their intervals; an arrow down from where the interval goes on to zero."""
+    places = [aside * gradient for gradient in flows]
+    means = np.array([pooled.mean for pooled in flows.values()]) / FLOW_UNIT
+    halves = np.array([pooled.half_width or 0.0 for pooled in flows.values()]) / FLOW_UNIT
+    open_ended = halves >= means
+    bars: Any = {"capsize": 2.5, "markersize": 5, "linewidth": 1.2}
+    lower = np.where(open_ended, 0.0, halves)
+    axes.errorbar(places, means, yerr=[lower, halves], **look, **bars)
+    if open_ended.any():
+        ends, arrow = means[open_ended], {**look, "fmt": "none"}
+        below = np.array(places)[open_ended]
+        axes.errorbar(below, ends, yerr=_ARROW * ends, uplims=True, **arrow, **bars)
 
 
 def _exponents(
-    axes: Axes, local: Mapping[tuple[float, float], Pooled], colour: str, marker: str
+    axes: Axes,
+    local: Mapping[tuple[float, float], Pooled],
+    colour: str,
+    marker: str,
+    aside: float,
 ) -> None:
     for (low, high), pooled in local.items():
+        place = aside * math.sqrt(low * high)
+        face = "white" if pooled.between is None else colour
         bars: Any = {"yerr": pooled.between, "fmt": marker, "capsize": 2.5, "markersize": 4}
-        axes.errorbar(math.sqrt(low * high), pooled.mean, color=colour, linewidth=1.0, **bars)
+        axes.errorbar(place, pooled.mean, color=colour, mfc=face, linewidth=1.0, **bars)
+        _beyond(axes, place, pooled.mean, colour)
+
+
+def _beyond(axes: Axes, place: float, exponent: float, colour: str) -> None:
+    """A triangle at the edge where an exponent lies outside of the panel."""
+    low, high = _EXPONENTS
+    if low <= exponent <= high:
+        return
+    height, marker = (high - 0.07, "^") if exponent > high else (low + 0.07, "v")
+    axes.plot(place, height, marker, color=colour, markersize=5)
 
 
 def _exponents_of(axes: Axes, flows: Mapping[float, float]) -> None:

@@ -102,8 +102,11 @@ def paint_snapshots(
         axes.set_ylim(1e3 * low[2] - 3.0, 1e3 * high[2] + 3.0)
         axes.set_title(f"t = {view.time_s:.0f} s", fontsize="small", loc="left")
         axes.grid(visible=False)
+        axes.tick_params(labelsize="small")
     for axes in grid[-1]:
         axes.set_xlabel("x [mm]")
+    for axes in grid[:, 0]:
+        axes.set_ylabel("z [mm]")
     assert mapped is not None
     bar = figure.colorbar(mapped, ax=grid, location="bottom", shrink=0.6, aspect=40, extend="both")
     bar.set_label("velocity along x [mm/s]")

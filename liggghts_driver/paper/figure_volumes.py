@@ -12,7 +12,7 @@ from liggghts_driver.paper.answers import SECTIONS
 from liggghts_driver.paper.catalogue import FRICTIONS, READINGS, TABLE_READINGS
 from liggghts_driver.paper.pooled import by_gradient, of_reading
 from liggghts_driver.paper.printed import MAIN_GRADIENT_PA_M, ROWS, TABLE_1
-from liggghts_driver.paper.words import NOT_RUN
+from liggghts_driver.paper.words import NOT_RUN, counted
 from liggghts_driver.report.style import (
     BLUE,
     DASHED,
@@ -99,11 +99,13 @@ def paint_gradients(stored: Stored, figure: Figure) -> None:
 
 
 def paint_friction(stored: Stored, figure: Figure) -> None:
-    """Fig. 6: what passes the entrance, for some coefficients of friction."""
+    """Fig. 6: what passes the entrance, for some coefficients of friction; the same packings."""
     axes = figure.add_subplot()
     readings = (READINGS[0], *FRICTIONS)
+    shared = _shared_seeds([of_reading(stored, reading) for reading in readings])
     for reading, colour in zip(readings, _FRICTION_COLOURS, strict=True):
-        curves = curves_of(of_reading(stored, reading))
+        points = [p for p in of_reading(stored, reading) if p.seed in shared]
+        curves = curves_of(points)
         label = "no friction" if reading is READINGS[0] else reading.title
         if curves:
             _band(axes, curves, "entrance", colour)
@@ -112,7 +114,17 @@ def paint_friction(stored: Stored, figure: Figure) -> None:
     axes.plot([], [], color=INK, linestyle=DASHED, label="law, no friction")
     axes.set(xlabel="time [s]", ylabel="volume past the entrance [cm³]", xlim=(0.0, _end()))
     axes.set_ylim(bottom=0.0)
+    if shared:
+        title = f"{counted(len(shared), 'packing')}, the same for each curve"
+        axes.set_title(title, fontsize="medium", loc="left")
     figure.legend(loc="outside upper left", ncols=2)
+
+
+def _shared_seeds(several: Sequence[Sequence[Point]]) -> set[int]:
+    """The packings that all have of which any has an answer."""
+    seeds = [{p.seed for p in points if p.sound is not None} for points in several]
+    ran = [each for each in seeds if each]
+    return set.intersection(*ran) if ran else set()
 
 
 def _end() -> float:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 from typing import TYPE_CHECKING
 
@@ -11,14 +11,20 @@ import numpy as np
 
 from liggghts_driver.paper.catalogue import GRADIENT
 from liggghts_driver.paper.stored import Measured
-from liggghts_driver.statistics import students_half_width
+from liggghts_driver.statistics import fit_shape, students_half_width
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Mapping
     from typing import Any
 
     from liggghts_driver.paper.catalogue import Reading, Series
-    from liggghts_driver.paper.stored import Point, Stored
+    from liggghts_driver.paper.stored import Answer, Point, Stored
+
+#: A window that begins as near to the middle of the run, as a share of it, is its second half.
+_AS_GOOD_AS_HALF = 0.1
+#: A section that the first particle passes later, as a share of the run, is still being reached:
+#: over the second half such a flow was seen to grow by 85 % and more.
+_LATE = 0.4
 
 
 @dataclass(frozen=True)
@@ -37,6 +43,8 @@ class Pooled:
         Of each packing, by its seed.
     steady
         In how many of them it was steady.
+    late
+        In how many of them the first particle came so late that it is no lasting flow yet.
     """
 
     mean: float
@@ -44,6 +52,7 @@ class Pooled:
     in_time: float | None
     values: Mapping[int, float]
     steady: int
+    late: int = 0
 
     @property
     def packings(self) -> int:
@@ -52,7 +61,7 @@ class Pooled:
 
     @property
     def half_width(self) -> float | None:
-        """What a comparison goes by: the packings' interval, of one packing that of its time."""
+        """What a bar shows: the packings' interval, of one packing that of its time."""
         return self.in_time if self.between is None else self.between
 
 
@@ -73,8 +82,44 @@ def pool(found: Mapping[int, Measured]) -> Pooled | None:
 
 
 def flow(points: Iterable[Point], section: str) -> Pooled | None:
-    """The flow rate past a section [m3/s]; runs that a check speaks against do not enter."""
-    return pool({p.seed: p.sound.flow_m3_s[section] for p in points if p.sound is not None})
+    """The flow rate past a section [m3/s] over the second half of the runs.
+
+    Runs that a check speaks against do not enter.
+    """
+    sound = {p.seed: p.sound for p in points if p.sound is not None}
+    pooled = pool({seed: second_half(found, section) for seed, found in sound.items()})
+    late = sum(_comes_late(found, section) for found in sound.values())
+    return None if pooled is None else replace(pooled, late=late)
+
+
+def second_half(answer: Answer, section: str) -> Measured:
+    """What a run says of the flow past a section in its second half.
+
+    The run's own window is the steady part, or what comes closest. That may be the whole run where
+    nothing has come for long; then the rate is computed anew, from the stored curve.
+    """
+    own, curves = answer.flow_m3_s[section], answer.curves
+    volumes = 1e-9 * np.array(curves.volume_mm3[section], dtype=np.float64)
+    end_s = (len(volumes) - 1) * curves.interval_s
+    if not own.mean or abs(own.from_s / end_s - 0.5) <= _AS_GOOD_AS_HALF:
+        return own
+    half = volumes[len(volumes) // 2 :]
+    window_s = (len(half) - 1) * curves.interval_s
+    rise = fit_shape(half, np.linspace(0.0, 1.0, len(half)))
+    return Measured(
+        mean=float(half[-1] - half[0]) / window_s,
+        ci95=rise.half_width / window_s,
+        steady=own.steady,
+        from_s=end_s - window_s,
+        reason=own.reason,
+    )
+
+
+def _comes_late(answer: Answer, section: str) -> bool:
+    """Whether the first particle passed a section late in the run."""
+    reached_s, curves = answer.reached_s[section], answer.curves
+    end_s = (len(curves.piston_x_um) - 1) * curves.interval_s
+    return reached_s is not None and reached_s > _LATE * end_s
 
 
 def flow_from(points: Iterable[Point], section: str, from_s: float) -> Pooled | None:
@@ -89,6 +134,20 @@ def flow_from(points: Iterable[Point], section: str, from_s: float) -> Pooled | 
             rate = 1e-9 * (volumes[-1] - volumes[start]) / time_s
             found[point.seed] = Measured(rate, None, steady=False, from_s=from_s, reason="")
     return pool(found)
+
+
+def rates_from(
+    points: Iterable[Point], section: str, from_s: float, window_s: float
+) -> dict[float, float]:
+    """The flow rate in one window after another [m3/s], by the window's start; over packings."""
+    found: dict[float, list[float]] = {}
+    for curves in (p.sound.curves for p in points if p.sound is not None):
+        volumes = curves.volume_mm3[section]
+        start, step = (round(time_s / curves.interval_s) for time_s in (from_s, window_s))
+        for number, first in enumerate(range(start, len(volumes) - step, step)):
+            rate = 1e-9 * (volumes[first + step] - volumes[first]) / (step * curves.interval_s)
+            found.setdefault(from_s + number * window_s, []).append(rate)
+    return {time_s: float(np.mean(rates)) for time_s, rates in found.items()}
 
 
 def velocity(points: Iterable[Point]) -> Pooled | None:
@@ -107,6 +166,12 @@ def seconds_per_second(points: Iterable[Point]) -> list[float]:
     """Processor time for a simulated second of each run whose time is known."""
     costs = [point.answer.cost for point in points if point.answer is not None]
     return [cost["cpu_s"] / cost["simulated_s"] for cost in costs if cost["cpu_s"]]
+
+
+def seconds_per_step(points: Iterable[Point]) -> list[float]:
+    """Processor time for a step of each run whose time is known."""
+    costs = [point.answer.cost for point in points if point.answer is not None]
+    return [c["cpu_s"] / c["simulated_s"] * c["step_s"] for c in costs if c["cpu_s"]]
 
 
 def by_gradient(stored: Stored, series: Series) -> dict[float, list[Point]]:
@@ -145,14 +210,16 @@ def exponent(
     flows
         By gradient.
     within
-        Which gradients enter the fit; a packing enters that has all of those that any has.
+        Which gradients enter the fit, of those that have a lasting flow; a packing enters that has
+        all of those that any has.
 
     Returns
     -------
     Pooled or None
-        Over the packings; None where none of them has two gradients at which anything flows.
+        Over the packings, steady if all that entered is; None where none of them has two gradients
+        with a lasting flow.
     """
-    chosen = {g: pooled.values for g, pooled in flows.items() if within(g) and runs_through(pooled)}
+    chosen = {g: pooled.values for g, pooled in flows.items() if within(g) and has_power(pooled)}
     seeds = {seed for values in chosen.values() for seed in values}
     whole = [seed for seed in sorted(seeds) if all(seed in values for values in chosen.values())]
     if len(chosen) < 2 or not whole:
@@ -163,12 +230,14 @@ def exponent(
         for seed in whole
     }
     mean = float(np.mean(list(slopes.values())))
-    return Pooled(mean, students_half_width(list(slopes.values())), None, slopes, len(slopes))
+    steady = all(flows[g].steady == flows[g].packings for g in chosen)
+    half = students_half_width(list(slopes.values()))
+    return Pooled(mean, half, None, slopes, len(slopes) if steady else 0)
 
 
-def runs_through(pooled: Pooled) -> bool:
-    """Whether something flows in each of the packings: what does not has no logarithm."""
-    return min(pooled.values.values()) > 0.0
+def has_power(pooled: Pooled) -> bool:
+    """Whether it may enter a power of the gradient: a lasting flow, in each of the packings."""
+    return not pooled.late and min(pooled.values.values()) > 0.0
 
 
 def local_exponents(flows: Mapping[float, Pooled]) -> dict[tuple[float, float], Pooled]:

@@ -45,6 +45,8 @@ STEADY_FROM_S = 10.0
 PERMEABILITY_M2 = 1.84e-7
 #: "~ 0.06 h/1.0 s of the problem's duration in a standard, single-processor laptop".
 COST_S_PER_S = 0.06 * 3600.0
+#: The step of Section 6 [s].
+STEP_S = 1e-4
 #: "The maximum value possible for Darcy-like (slow) viscous flows, which is around Re = 10".
 LARGEST_REYNOLDS = 10.0
 #: Numbers of particles and of grains.

@@ -29,10 +29,11 @@ from liggghts_driver.paper.pooled import (
     local_exponents,
     of_reading,
     seconds_per_second,
+    seconds_per_step,
     velocity,
     velocity_range,
 )
-from liggghts_driver.paper.printed import COST_S_PER_S, MAIN_GRADIENT_PA_M, ROWS, TABLE_1
+from liggghts_driver.paper.printed import COST_S_PER_S, MAIN_GRADIENT_PA_M, ROWS, STEP_S, TABLE_1
 from liggghts_driver.paper.words import NOT_RUN, cell, judge, short_cell
 from liggghts_driver.report.numbers import NONE, number
 
@@ -45,6 +46,8 @@ if TYPE_CHECKING:
 
 #: Velocities are said in millimetres per second.
 _VELOCITY_UNIT = 1e-3
+#: In place of an exponent where a flow is still arriving.
+_ARRIVES = "arriving"
 
 
 def table(heads: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
@@ -108,7 +111,9 @@ def readings_table(stored: Stored) -> str:
         for section in SECTIONS:
             pooled = flow(points, section)
             kind = judge(pooled, printed.flow_m3_s(section)).kind
-            cells += [cell(pooled, FLOW_UNIT), kind if pooled else NONE]
+            # Table 1 has no friction.
+            held = pooled is not None and reading in READINGS
+            cells += [cell(pooled, FLOW_UNIT), kind if held else NONE]
             cells += [_change(stored, reading, section)]
         rows.append([*cells, _velocity_cell(points)])
     per_section = [
@@ -157,6 +162,8 @@ def _exponent_cell(
     pair: tuple[float, float] | None,
 ) -> str:
     """An exponent; a dash where it is not wanted, or both ran and nothing flows at one of them."""
+    if pair is not None and any(g in flows and flows[g].late for g in pair):
+        return _ARRIVES
     if pair is None or (pair not in local and set(pair) <= set(flows)):
         return NONE
     return short_cell(local.get(pair))
@@ -202,7 +209,9 @@ def cost_table(stored: Stored) -> str:
     for point in stored.points():
         if point.answer is not None:
             groups.setdefault(machine_words(point), []).append(point)
-    rows = [["the paper, a laptop at 2.0 GHz", "1", "0.1 ms", f"{COST_S_PER_S:g}", NONE, "1", NONE]]
+    each = number(1e3 * COST_S_PER_S * STEP_S)
+    paper = ["the paper, a laptop at 2.0 GHz", "1", "0.1 ms", f"{COST_S_PER_S:g}", NONE, each]
+    rows = [[*paper, "1", NONE]]
     for machine, points in sorted(groups.items()):
         answers = [p.answer for p in points if p.answer is not None]
         seconds = seconds_per_second(points)
@@ -215,9 +224,11 @@ def cost_table(stored: Stored) -> str:
             )
             ranks = ", ".join(str(n) for n in sorted({a.cost["ranks"] for a in answers}))
             ratio = number(COST_S_PER_S / median, 2)
-            rows.append([machine, ranks, steps, number(median), reach, ratio, str(len(seconds))])
+            each = number(1e3 * float(np.median(seconds_per_step(points))))
+            cells = [machine, ranks, steps, number(median), reach, each]
+            rows.append([*cells, ratio, str(len(seconds))])
     heads = ["machine", "processes", "step", "s per simulated s, median", "range"]
-    return table([*heads, "times faster", "runs"], rows)
+    return table([*heads, "ms per step", "times faster", "runs"], rows)
 
 
 def machine_words(point: Point) -> str:

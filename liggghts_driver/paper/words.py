@@ -15,16 +15,24 @@ if TYPE_CHECKING:
 NOT_RUN = "not run yet"
 #: An interval wider than this, over what is compared with, agrees with too much to decide.
 WIDEST = 0.25
+#: Share of a flow rate by which the settings of the runs may be off, beside the finest ones.
+SETTINGS_ERROR = 0.05
+#: Set behind a number with a run that drifts, and with one that the first particles reach late.
+DRIFTS, ARRIVING = "~", "→"
 
-Kind = Literal["agrees", "undecided", "differs", "unknown"]
+Kind = Literal["agrees", "undecided", "differs", "one packing", "unknown"]
 
 
 @dataclass(frozen=True)
 class Judgement:
-    """Whether a number agrees with a reference within its interval, and how it is said."""
+    """Whether a number agrees with a reference within its interval, and how it is said.
+
+    ``side`` is above or below where it differs, and empty otherwise.
+    """
 
     kind: Kind
     words: str
+    side: str = ""
 
     @property
     def agrees(self) -> bool:
@@ -33,7 +41,10 @@ class Judgement:
 
 
 def judge(pooled: Pooled | None, reference: float, scale: float = 1.0) -> Judgement:
-    """A mean over packings held against a number.
+    """A mean over packings held against a number, by the interval between the packings.
+
+    One packing decides nothing: how much another would differ is not known. What the settings may
+    be off is no part of the interval; a difference that this can explain is not decided.
 
     Parameters
     ----------
@@ -46,21 +57,20 @@ def judge(pooled: Pooled | None, reference: float, scale: float = 1.0) -> Judgem
     """
     if pooled is None:
         return Judgement("unknown", NOT_RUN)
-    other, half = number(reference / scale), pooled.half_width
-    if half is None:
-        return Judgement("unknown", f"has no interval to be held against {other} with")
+    other, half = number(reference / scale), pooled.between
     off = pooled.mean - reference
-    if abs(off) > half:
-        side = "above" if off > 0.0 else "below"
-        return Judgement("differs", f"is {_percent(off / reference)} {side} {other}{_one(pooled)}")
+    side = "above" if off > 0.0 else "below"
+    apart = f"is {_percent(off / reference)} {side} {other}"
+    if half is None:
+        return Judgement("one packing", f"{apart} in one packing, which decides nothing")
+    if abs(off) > half + SETTINGS_ERROR * abs(pooled.mean):
+        return Judgement("differs", apart, side)
     if half > WIDEST * abs(reference):
         wide = _percent(half / reference)
-        return Judgement("undecided", f"is known to ± {wide} of {other} only{_one(pooled)}")
-    return Judgement("agrees", f"agrees with {other} within its interval{_one(pooled)}")
-
-
-def _one(pooled: Pooled) -> str:
-    return " (one packing: the interval is that of time alone)" if pooled.between is None else ""
+        return Judgement("undecided", f"is known to ± {wide} of {other} only")
+    if abs(off) > half:
+        return Judgement("undecided", f"{apart}, which interval and settings together may explain")
+    return Judgement("agrees", f"agrees with {other} within its interval")
 
 
 def _percent(ratio: float) -> str:
@@ -78,18 +88,30 @@ def cell(pooled: Pooled | None, scale: float = 1.0) -> str:
         for width in (pooled.between, pooled.in_time)
     )
     mean = fixed(pooled.mean / scale, decimals)
-    return f"{mean} ± {between} ± {in_time} ({pooled.packings})"
+    return f"{mean} ± {between} ± {in_time} ({pooled.packings}){marks(pooled)}"
+
+
+def holds(pooled: Pooled, value: float) -> bool:
+    """Whether a value lies within the interval between packings; with one packing none does."""
+    return pooled.between is not None and abs(pooled.mean - value) <= pooled.between
+
+
+def marks(pooled: Pooled) -> str:
+    """What is to be known of a number: that a run drifts, that the front reaches it late."""
+    drifts = f" {DRIFTS}" if pooled.steady < pooled.packings else ""
+    return f"{drifts} {ARRIVING}" if pooled.late else drifts
 
 
 def short_cell(pooled: Pooled | None, scale: float = 1.0) -> str:
-    """A mean over packings with its interval between them, where there is no error in time."""
+    """A mean over packings with its interval between them and how many they are."""
     if pooled is None:
         return NOT_RUN
     mean = pooled.mean / scale
     if pooled.between is None:
         return f"{number(mean)} (one packing)"
     decimals = decimals_for(pooled.between / scale)
-    return f"{fixed(mean, decimals)} ± {fixed(pooled.between / scale, decimals)}"
+    half = fixed(pooled.between / scale, decimals)
+    return f"{fixed(mean, decimals)} ± {half} ({pooled.packings}){marks(pooled)}"
 
 
 def listed(items: Sequence[str]) -> str:
