@@ -210,6 +210,8 @@ class TestAnswers:
             "v_p = 0.15",
             "v_p = 0.25",
         ]
+        # Eq. 6 is accurate up to 0.15.
+        assert ["not to hold" in sentence for sentence in found] == [False, False, True]
 
 
 def figures_sweep(stored, name, points):

@@ -176,11 +176,13 @@ def what_if_answer(stored: Stored) -> list[str]:
     for fraction in sorted({each for points in found.values() for each in points}):
         changed = base.particles.model_copy(update={"volume_fraction": fraction})
         scene = base.model_copy(update={"particles": changed})
-        expected = float(np.asarray(predict(scene).particle_flow_rate_m3_s))
+        estimate = predict(scene)
+        expected = float(np.asarray(estimate.particle_flow_rate_m3_s))
+        outside = "" if estimate.valid else ", where it is said not to hold"
         told = [
             f"{section}, {cell(points.get(fraction), FLOW_UNIT)}, "
             f"{judge(points.get(fraction), expected, FLOW_UNIT).words}"
             for section, points in found.items()
         ]
-        sentences.append(f"v_p = {fraction:g}, held against the law: {'; '.join(told)}.")
+        sentences.append(f"v_p = {fraction:g}, held against the law{outside}: {'; '.join(told)}.")
     return sentences or [f"{capital(NOT_RUN)}."]
