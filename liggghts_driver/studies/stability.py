@@ -246,7 +246,7 @@ def judged(factor: float, invariants: Sequence[Invariant], results: Mapping[str,
     return Trial(factor, tuple(invariants), why, invalid=results["verdict"] == "invalid")
 
 
-def own_trial(each: Studied, task: Task) -> Trial:
+def _hard_trial(each: Studied, task: Task) -> Trial:
     """What became of a run at its own step: it must be hard, too."""
     trial = trial_of(task, 1.0, each)
     missing = what_is_missing(each.case.name, read_ran(task.folder)) if trial.holds else ""
@@ -256,7 +256,7 @@ def own_trial(each: Studied, task: Task) -> Trial:
 def _own_trial(each: Studied, task: Task | None, runs: Path) -> Trial:
     if task is None:
         return _refusal(each, 1.0)
-    trial = own_trial(each, task)
+    trial = _hard_trial(each, task)
     if not (each.case.restarts and trial.holds) or each.scene is None:
         return trial
     ran = read_ran(task.folder)
