@@ -10,7 +10,14 @@ from rich.table import Table
 
 from liggghts_driver.cli.show import document
 from liggghts_driver.report.numbers import NONE, number
-from liggghts_driver.studies.sabotage import HALF, NO_DRAG, NO_PRESSURE, WEAK_SERVO
+from liggghts_driver.studies.sabotage import (
+    HALF,
+    LONGER_STEP,
+    NO_DRAG,
+    NO_PISTON,
+    NO_PRESSURE,
+    WEAK_SERVO,
+)
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
@@ -31,9 +38,9 @@ _SAME = "same"
 _ON_PURPOSE = f"broken on purpose, and caught by ({_SAME}: it makes no difference)"
 #: Columns of what was broken on purpose, and the sabotages that each is about.
 _SABOTAGES: Mapping[str, Callable[[str], bool]] = {
-    "step": lambda name: name.startswith("step"),
+    "step": lambda name: name == LONGER_STEP,
     "walls": lambda name: name.startswith("no wall"),
-    "piston": lambda name: name in ("no piston", WEAK_SERVO),
+    "piston": lambda name: name in (NO_PISTON, WEAK_SERVO),
     "forces": lambda name: name in (NO_DRAG, NO_PRESSURE),
     "drag's 0.5": lambda name: name == HALF,
 }

@@ -30,6 +30,7 @@ from liggghts_driver.paper.printed import (
 )
 from liggghts_driver.paper.words import (
     NOT_RUN,
+    by_kind,
     capital,
     counted,
     holds,
@@ -104,8 +105,7 @@ def _linear(kinds: Mapping[str, Sequence[str]]) -> str:
         "other": "the flow does not go with the gradient in the reading",
         "not told": "proportional cannot be told from free flight's power in the reading",
     }
-    parts = [f"{told[kind]} {listed(some)}" for kind, some in kinds.items() if some]
-    return f"At the entrance {'; '.join(parts)}."
+    return f"At the entrance {by_kind(told, kinds)}."
 
 
 def fitted(series: Series) -> Callable[[float], bool]:

@@ -12,7 +12,7 @@ from liggghts_driver.paper.catalogue import FRICTIONS, MAIN, READINGS, TABLE_REA
 from liggghts_driver.paper.figure_charts import fraction_points
 from liggghts_driver.paper.pooled import by_gradient, flow, of_reading, velocity
 from liggghts_driver.paper.printed import MAIN_GRADIENT_PA_M, ROWS
-from liggghts_driver.paper.words import NOT_RUN, capital, cell, judge, listed
+from liggghts_driver.paper.words import NOT_RUN, by_kind, capital, cell, judge
 from liggghts_driver.physics.spheres import sphere_volume_m3
 from liggghts_driver.prediction import predict
 from liggghts_driver.report.numbers import decimals_for, fixed, number
@@ -39,11 +39,10 @@ def _crowding(stored: Stored) -> Iterator[str]:
     points = by_gradient(stored, MAIN).get(MAIN_GRADIENT_PA_M, [])
     speed, rate = velocity(points), flow(points, "entrance")
     scene, row = law.example(), ROWS[MAIN_GRADIENT_PA_M]
-    if speed is None or rate is None or scene.specimen is None:
+    if speed is None or rate is None:
         return
-    pores_m2 = scene.specimen.width**2 * (1.0 - scene.specimen.solid_fraction)
-    printed = row.entrance_m3_s / (pores_m2 * float(np.mean(row.velocity_m_s)))
-    ours = rate.mean / (pores_m2 * speed.mean)
+    printed = law.flowing_share(row.entrance_m3_s, float(np.mean(row.velocity_m_s)))
+    ours = law.flowing_share(rate.mean, speed.mean)
     free = law.free_flight_m_s(MAIN_GRADIENT_PA_M)
     slow, printed_slow = (v / free for v in (speed.mean, float(np.mean(row.velocity_m_s))))
     yield (
@@ -135,12 +134,12 @@ def _sensitivity(stored: Stored) -> Iterator[str]:
                 kind = "one" if change.ci95 is None else _kind(change)
                 kinds[kind].append(f"{reading.title} ({change_words(change)})")
         told = {
-            "moves": "what changes the flow beyond chance",
-            "not told": "no change beyond chance",
-            "one": "chance not known",
+            "moves": "what changes the flow beyond chance:",
+            "not told": "no change beyond chance:",
+            "one": "chance not known:",
         }
-        parts = [f"{told[kind]}: {listed(some)}" for kind, some in kinds.items() if some]
-        yield f"{capital(section)}, beside {READINGS[0].title}: {'; '.join(parts) or NOT_RUN}."
+        words = by_kind(told, kinds) or NOT_RUN
+        yield f"{capital(section)}, beside {READINGS[0].title}: {words}."
 
 
 def _kind(change: Change) -> str:

@@ -12,6 +12,7 @@ from liggghts_driver.darcy import estimate
 from liggghts_driver.paper import law
 from liggghts_driver.paper.answers import FLOW_UNIT, SECTIONS
 from liggghts_driver.paper.catalogue import FRICTIONS, READINGS
+from liggghts_driver.paper.figure_marks import face
 from liggghts_driver.paper.figure_volumes import SECTION_COLOURS
 from liggghts_driver.paper.pooled import flow, of_reading
 from liggghts_driver.paper.printed import MAIN_GRADIENT_PA_M, ROWS
@@ -125,8 +126,8 @@ def _points(axes: Axes, found: Mapping[float, Pooled], colour: str) -> None:
     bars: Any = {"fmt": "o", "capsize": 2.5, "markersize": 4.5, "linewidth": 1.2}
     for place, pooled in found.items():
         error = None if pooled.half_width is None else pooled.half_width / FLOW_UNIT
-        face = "white" if pooled.between is None else colour
-        axes.errorbar(place, pooled.mean / FLOW_UNIT, yerr=error, color=colour, mfc=face, **bars)
+        bars["mfc"] = face(pooled, colour)
+        axes.errorbar(place, pooled.mean / FLOW_UNIT, yerr=error, color=colour, **bars)
 
 
 def paint_readings(stored: Stored, figure: Figure) -> None:
@@ -162,7 +163,7 @@ def _reading(axes: Axes, place: int, pooled: Pooled | None, section: str) -> Non
     colour = SECTION_COLOURS[section]
     error = None if pooled.half_width is None else pooled.half_width / FLOW_UNIT
     bars: Any = {"fmt": "o", "capsize": 2.5, "markersize": 5, "linewidth": 1.4}
-    face = "white" if pooled.between is None else colour
-    axes.errorbar(pooled.mean / FLOW_UNIT, place, xerr=error, color=colour, mfc=face, **bars)
+    bars["mfc"] = face(pooled, colour)
+    axes.errorbar(pooled.mean / FLOW_UNIT, place, xerr=error, color=colour, **bars)
     single = [value / FLOW_UNIT for value in pooled.values.values()]
     axes.plot(single, [place + 0.25] * len(single), ".", color=GREY, markersize=4)

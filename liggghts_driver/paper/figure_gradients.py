@@ -12,6 +12,7 @@ from matplotlib.lines import Line2D
 from liggghts_driver.paper import law
 from liggghts_driver.paper.answers import FLOW_UNIT, SECTIONS
 from liggghts_driver.paper.catalogue import ALL_GRADIENTS, FOLLOWS, PRINTED
+from liggghts_driver.paper.figure_marks import face
 from liggghts_driver.paper.pooled import (
     by_gradient,
     flows_by_gradient,
@@ -134,10 +135,10 @@ def _flows(
     axes: Axes, flows: Mapping[float, Pooled], colour: str, marker: str, aside: float
 ) -> None:
     known = {g: p for g, p in flows.items() if p.mean > 0.0}
-    for face, single in ((colour, False), ("white", True)):
-        some = {g: p for g, p in known.items() if (p.between is None) == single}
+    for filled in (colour, "white"):
+        some = {g: p for g, p in known.items() if face(p, colour) == filled}
         if some:
-            _with_bars(axes, some, aside, {"fmt": marker, "color": colour, "mfc": face})
+            _with_bars(axes, some, aside, {"fmt": marker, "color": colour, "mfc": filled})
 
 
 def _with_bars(axes: Axes, flows: Mapping[float, Pooled], aside: float, look: Any) -> None:
@@ -164,9 +165,9 @@ def _exponents(
 ) -> None:
     for (low, high), pooled in local.items():
         place = aside * math.sqrt(low * high)
-        face = "white" if pooled.between is None else colour
         bars: Any = {"yerr": pooled.between, "fmt": marker, "capsize": 2.5, "markersize": 4}
-        axes.errorbar(place, pooled.mean, color=colour, mfc=face, linewidth=1.0, **bars)
+        bars["mfc"] = face(pooled, colour)
+        axes.errorbar(place, pooled.mean, color=colour, linewidth=1.0, **bars)
         _beyond(axes, place, pooled.mean, colour)
 
 

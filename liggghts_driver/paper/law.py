@@ -35,6 +35,14 @@ def scene_of(sweep: str, values: Mapping[str, Any]) -> Scene:
     return scene_with(make_plan(sweep_file(sweep)).base, values)
 
 
+def flowing_share(flow_m3_s: float, velocity_m_s: float) -> float:
+    """Flow rate over velocity and pores: the share of the example's pores that flows."""
+    specimen = example().specimen
+    assert specimen is not None
+    pores_m2 = specimen.width**2 * (1.0 - specimen.solid_fraction)
+    return flow_m3_s / (pores_m2 * velocity_m_s)
+
+
 def law(gradient_pa_m: float, scene: Scene | None = None) -> Estimate:
     """The Darcy-like law at one gradient (Eqs. 12-16); of the paper's example without a scene."""
     return predict(scene or example(), gradient_pa_m)

@@ -11,7 +11,14 @@ import numpy as np
 from liggghts_driver.paper import answers, explain, law, tables
 from liggghts_driver.paper.catalogue import ALL_GRADIENTS, MAIN, TABLE_READINGS
 from liggghts_driver.paper.figures import DRAWINGS, SNAPSHOTS, first_run
-from liggghts_driver.paper.pooled import by_gradient, flow, seconds_per_second, velocity
+from liggghts_driver.paper.pooled import (
+    LATE,
+    by_gradient,
+    flow,
+    seconds_per_second,
+    seconds_per_step,
+    velocity,
+)
 from liggghts_driver.paper.printed import COST_S_PER_S, MAIN_GRADIENT_PA_M, ROWS, STEP_S, TABLE_1
 from liggghts_driver.paper.statements import slips, statements
 from liggghts_driver.paper.validity import validity_answer
@@ -38,8 +45,8 @@ if TYPE_CHECKING:
 
 _STEADY_LEGEND = (
     f"{DRIFTS}: over the second half the flow is not steady in some packing. {ARRIVING}: in some "
-    "packing the first particle came after 0.4 of the run or later: the front is still arriving, "
-    "and no exponent is drawn through such a rate."
+    f"packing the first particle came after {LATE:g} of the run or later: the front is still "
+    "arriving, and no exponent is drawn through such a rate."
 )
 #: What becomes of the flow rates of Table 1.
 _KINDS = {
@@ -203,7 +210,7 @@ def _cost(stored: Stored) -> str:
     seconds = float(np.median(known))
     first = next(p.answer for p in points if p.answer is not None)
     longer = first.cost["step_s"] / STEP_S
-    each, printed = 1e3 * seconds * first.cost["step_s"], 1e3 * COST_S_PER_S * STEP_S
+    each, printed = 1e3 * float(np.median(seconds_per_step(points))), 1e3 * COST_S_PER_S * STEP_S
     return (
         f"A simulated second takes {number(seconds)} s of processor time ({_how(first)}, "
         f"{counted(len(known), 'run')} at {MAIN_GRADIENT_PA_M:g} Pa/m), where the paper says "

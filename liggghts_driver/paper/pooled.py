@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 _AS_GOOD_AS_HALF = 0.1
 #: A section that the first particle passes later, as a share of the run, is still being reached:
 #: over the second half such a flow was seen to grow by 85 % and more.
-_LATE = 0.4
+LATE = 0.4
 
 
 @dataclass(frozen=True)
@@ -99,27 +99,24 @@ def second_half(answer: Answer, section: str) -> Measured:
     nothing has come for long; then the rate is computed anew, from the stored curve.
     """
     own, curves = answer.flow_m3_s[section], answer.curves
-    volumes = 1e-9 * np.array(curves.volume_mm3[section], dtype=np.float64)
-    end_s = (len(volumes) - 1) * curves.interval_s
-    if not own.mean or abs(own.from_s / end_s - 0.5) <= _AS_GOOD_AS_HALF:
+    if not own.mean or abs(own.from_s / curves.end_s - 0.5) <= _AS_GOOD_AS_HALF:
         return own
-    half = volumes[len(volumes) // 2 :]
-    window_s = (len(half) - 1) * curves.interval_s
+    volumes = 1e-9 * np.array(curves.volume_mm3[section], dtype=np.float64)
+    middle = len(volumes) // 2
+    half, from_s = volumes[middle:], middle * curves.interval_s
     rise = fit_shape(half, np.linspace(0.0, 1.0, len(half)))
-    return Measured(
-        mean=float(half[-1] - half[0]) / window_s,
-        ci95=rise.half_width / window_s,
-        steady=own.steady,
-        from_s=end_s - window_s,
-        reason=own.reason,
+    return replace(
+        own,
+        mean=curves.rate_m3_s(section, middle),
+        ci95=rise.half_width / (curves.end_s - from_s),
+        from_s=from_s,
     )
 
 
 def _comes_late(answer: Answer, section: str) -> bool:
     """Whether the first particle passed a section late in the run."""
-    reached_s, curves = answer.reached_s[section], answer.curves
-    end_s = (len(curves.piston_x_um) - 1) * curves.interval_s
-    return reached_s is not None and reached_s > _LATE * end_s
+    reached_s = answer.reached_s[section]
+    return reached_s is not None and reached_s > LATE * answer.curves.end_s
 
 
 def flow_from(points: Iterable[Point], section: str, from_s: float) -> Pooled | None:
@@ -128,10 +125,7 @@ def flow_from(points: Iterable[Point], section: str, from_s: float) -> Pooled | 
     for point in points:
         if point.sound is not None:
             curves = point.sound.curves
-            volumes = curves.volume_mm3[section]
-            start = math.ceil(from_s / curves.interval_s - 1e-9)
-            time_s = (len(volumes) - 1 - start) * curves.interval_s
-            rate = 1e-9 * (volumes[-1] - volumes[start]) / time_s
+            rate = curves.rate_m3_s(section, math.ceil(from_s / curves.interval_s - 1e-9))
             found[point.seed] = Measured(rate, None, steady=False, from_s=from_s, reason="")
     return pool(found)
 
@@ -142,10 +136,10 @@ def rates_from(
     """The flow rate in one window after another [m3/s], by the window's start; over packings."""
     found: dict[float, list[float]] = {}
     for curves in (p.sound.curves for p in points if p.sound is not None):
-        volumes = curves.volume_mm3[section]
         start, step = (round(time_s / curves.interval_s) for time_s in (from_s, window_s))
-        for number, first in enumerate(range(start, len(volumes) - step, step)):
-            rate = 1e-9 * (volumes[first + step] - volumes[first]) / (step * curves.interval_s)
+        samples = len(curves.volume_mm3[section])
+        for number, first in enumerate(range(start, samples - step, step)):
+            rate = curves.rate_m3_s(section, first, first + step)
             found.setdefault(from_s + number * window_s, []).append(rate)
     return {time_s: float(np.mean(rates)) for time_s, rates in found.items()}
 

@@ -35,7 +35,6 @@ from liggghts_driver.scene.layout import mean_particle_volume_m3
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from liggghts_driver.paper.printed import Row
     from liggghts_driver.scene.model import Specimen
 
 #: Numbers closer than this are the same, as printed to three digits.
@@ -76,7 +75,10 @@ def _drag() -> Statement:
     )
     free = law.free_flight_exponent(first.gradient_pa_m, last.gradient_pa_m)
     slowest, fastest = (law.free_flight_reynolds(g) for g in (gradients[0], gradients[-1]))
-    shares = [_flowing_share(row) for row in (first, last)]
+    shares = [
+        law.flowing_share(row.entrance_m3_s, float(np.mean(row.velocity_m_s)))
+        for row in (first, last)
+    ]
     words = (
         f"With the drag of Eq. 18 a lone particle has Re = {number(slowest, 2)} at "
         f"{gradients[0]:g} Pa/m and {number(fastest, 2)} at {gradients[-1]:g} Pa/m: "
@@ -92,14 +94,6 @@ def _drag() -> Statement:
     constant = max(shares) / min(shares) < _CONSTANT
     clash: Verdict = "clash" if constant else "open"
     return Statement(title, words, "together" if abs(printed - free) < 0.1 else clash)
-
-
-def _flowing_share(row: Row) -> float:
-    """The volume fraction of particles in the pores that a row's flow rate and velocity imply."""
-    specimen = law.example().specimen
-    assert specimen is not None
-    pores_m2 = specimen.width**2 * (1.0 - specimen.solid_fraction)
-    return row.entrance_m3_s / (pores_m2 * float(np.mean(row.velocity_m_s)))
 
 
 def _velocities() -> Statement:

@@ -38,6 +38,17 @@ class Curves:
     volume_mm3: Mapping[str, list[int]]
     piston_x_um: list[int]
 
+    @property
+    def end_s(self) -> float:
+        """The instant of the last sample."""
+        return (len(self.piston_x_um) - 1) * self.interval_s
+
+    def rate_m3_s(self, section: str, first: int, last: int = -1) -> float:
+        """The mean flow rate past a section from one sample to another."""
+        volumes, steps = self.volume_mm3[section], range(len(self.volume_mm3[section]))
+        passed_m3 = 1e-9 * (volumes[last] - volumes[first])
+        return passed_m3 / ((steps[last] - steps[first]) * self.interval_s)
+
 
 @dataclass(frozen=True)
 class Answer:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Literal
 from liggghts_driver.report.numbers import decimals_for, fixed, number
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Mapping, Sequence
 
     from liggghts_driver.paper.pooled import Pooled
 
@@ -112,6 +112,11 @@ def short_cell(pooled: Pooled | None, scale: float = 1.0) -> str:
     decimals = decimals_for(pooled.between / scale)
     half = fixed(pooled.between / scale, decimals)
     return f"{fixed(mean, decimals)} ± {half} ({pooled.packings}){marks(pooled)}"
+
+
+def by_kind(told: Mapping[str, str], kinds: Mapping[str, Sequence[str]]) -> str:
+    """What is said of each kind, then what is of that kind; nothing of a kind that is empty."""
+    return "; ".join(f"{told[kind]} {listed(some)}" for kind, some in kinds.items() if some)
 
 
 def listed(items: Sequence[str]) -> str:

@@ -11,6 +11,7 @@ import numpy as np
 import pandas as pd
 
 from liggghts_driver.errors import SceneError
+from liggghts_driver.results.plain import number_or_nan
 from liggghts_driver.rundir import RunDirectory
 from liggghts_driver.scene.layout import layout
 from liggghts_driver.studies.knobs import REFERENCE, Setting
@@ -144,7 +145,7 @@ def _measured(scene: Scene, setting: Setting, seed: int, run: RunDirectory) -> I
     results = json.loads(run.results.read_text(encoding="utf-8"))
     series = pd.read_csv(run.series)
     cost = core_s(results["cost"]) / float(series["time_s"].iloc[-1])
-    values = _values(scene, series) | {"overlap": results["max_overlap_over_radius"]}
+    values = _values(scene, series) | {"overlap": number_or_nan(results["max_overlap_over_radius"])}
     yield Measured(setting, seed, values, cost)
     if setting is REFERENCE:
         for share in _WINDOWS:

@@ -23,7 +23,7 @@ from liggghts_driver.studies.departure import departure
 from liggghts_driver.studies.energy import read_ran
 from liggghts_driver.studies.invariants import changed_by, hardest, invariants_of
 from liggghts_driver.studies.sabotage import sabotages_of
-from liggghts_driver.studies.stability import FINE, scene_at
+from liggghts_driver.studies.stability import FINE, task_at
 from liggghts_driver.studies.tasks import run_folder, task_of
 from liggghts_driver.sweeps.work import is_done
 
@@ -119,8 +119,7 @@ def plans_of(
         Tells by the name of a sabotage whether it is to be tried; by default each is.
     """
     case, sound = prepare(scene), task_of(name, scene, run_folder(scene, runs))
-    finer = scene_at(scene, case.time.step_s, FINE)
-    fine = task_of(f"{name}, half the step", finer, run_folder(finer, runs))
+    fine = task_at(name, scene, case.time.step_s, FINE, runs)
     for sabotage in sabotages_of(name, case):
         if not wanted(sabotage.name):
             continue

@@ -10,6 +10,7 @@ from __future__ import annotations
 import json
 import math
 from dataclasses import dataclass, replace
+from itertools import repeat
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -26,11 +27,13 @@ from liggghts_driver.rundir import RunDirectory
 from liggghts_driver.speeds import fluid_acceleration_m_s2
 
 if TYPE_CHECKING:
+    from collections.abc import Iterator
     from pathlib import Path
 
     from numpy.typing import NDArray
 
     from liggghts_driver.case import Case
+    from liggghts_driver.contacts import Contacts
 
     Array = NDArray[np.float64]
 
@@ -67,6 +70,18 @@ class Ran:
     def at_frames(self, column: Array) -> Array:
         """A column of the series at the instants of the frames."""
         return np.asarray(np.interp(self.times_s, self.series["time_s"].to_numpy(), column))
+
+    @property
+    def piston_x_m(self) -> Array:
+        """Where the piston was in each frame, ``(frames,)``."""
+        return self.at_frames(self.series["piston_x_m"].to_numpy())
+
+    def contacts(self) -> Iterator[list[Contacts]]:
+        """What touches in each frame; of places that are no numbers nothing is known."""
+        piston = repeat(None) if self.case.scene.piston is None else self.piston_x_m.tolist()
+        for places, stands in zip(self.positions_m, piston, strict=False):
+            known = np.isfinite(places).all()
+            yield contacts_at(places, self.case, piston_x_m=stands) if known else []
 
     def places_at(self, times_s: Array) -> Array:
         """Places of the particles between frames, ``(instants, particles, 3)``."""
@@ -122,16 +137,7 @@ def elastic_j(ran: Ran) -> Array:
 
     Springs along the surface are left out: energy in them is missing, never too much.
     """
-    piston: Array | None = None
-    if ran.case.scene.piston is not None:
-        piston = ran.at_frames(ran.series["piston_x_m"].to_numpy())
-    found = np.zeros(len(ran.times_s))
-    for number, places in enumerate(ran.positions_m):
-        if np.isfinite(places).all():
-            stands = None if piston is None else float(piston[number])
-            contacts = contacts_at(places, ran.case, piston_x_m=stands)
-            found[number] = elastic_energy_j(contacts, ran.case)
-    return found
+    return np.array([elastic_energy_j(contacts, ran.case) for contacts in ran.contacts()])
 
 
 def work_j(ran: Ran) -> Array:

@@ -10,6 +10,7 @@ import numpy as np
 
 from liggghts_driver.effects.drag_law import reynolds_bound
 from liggghts_driver.effects.piston import speed_limit_m_s
+from liggghts_driver.effects.rotation import Rotation
 from liggghts_driver.results.plain import number_or_nan
 from liggghts_driver.results.series import fastest_piston_m_s
 from liggghts_driver.results.verdict import SHARE_OF_LIMIT
@@ -162,7 +163,7 @@ def _energy(ran: Ran) -> Iterator[Invariant]:
         return
     energy, work = kinetic_j(ran) + elastic_j(ran), work_j(ran)
     free = energy - work + drag_taken_j(ran) - drag_given_j(ran)
-    if ran.case.scene.contact.friction > 0.0:
+    if Rotation().decide(ran.case.scene)[0]:
         grown = growth_from_start(free, energy, work, spin_j(ran.case))
     else:
         grown = growth_in_windows(free, energy, work)

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from liggghts_driver.results.plain import number_or_nan
 from liggghts_driver.results.positions import iter_instants
 
 if TYPE_CHECKING:
@@ -81,7 +82,8 @@ def _all(solution: Solution) -> Iterator[tuple[str, float]]:
     if solution.case.population.particles:
         yield from _distances(solution)
         yield "rms_speed_m_s", np.sqrt(2.0 * late["kinetic_energy_j"] / _mass_kg(solution)).mean()
-        yield "largest_overlap_over_radius", solution.results["max_overlap_over_radius"]
+        deepest = solution.results["max_overlap_over_radius"]
+        yield "largest_overlap_over_radius", number_or_nan(deepest)
 
 
 def _late_rate(series: pd.DataFrame, column: str) -> float:

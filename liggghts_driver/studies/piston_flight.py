@@ -28,8 +28,7 @@ def free_until_s(ran: Ran) -> float:
     """
     fastest = float(ran.series["largest_speed_m_s"].max()) + fastest_piston_m_s(ran.series)
     reach = fastest * float(np.diff(ran.times_s).max(initial=0.0))
-    piston = ran.at_frames(ran.series["piston_x_m"].to_numpy())
-    touched = (_nearest_x_m(ran) - piston <= reach) | _felt(ran)
+    touched = (_nearest_x_m(ran) - ran.piston_x_m <= reach) | _felt(ran)
     if not touched.any():
         return float(ran.times_s[-1])
     return float(ran.times_s[max(0, int(touched.argmax()) - 1)])

@@ -6,8 +6,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from liggghts_driver.contacts import contacts_at
-
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
@@ -25,12 +23,7 @@ _HIT = 0.01
 
 def touching(ran: Ran) -> Iterator[dict[str, Contacts]]:
     """The contacts of each frame, by their kind, those kinds alone of which there are any."""
-    piston: Array | None = None
-    if ran.case.scene.piston is not None:
-        piston = ran.at_frames(ran.series["piston_x_m"].to_numpy())
-    for number, places in enumerate(ran.positions_m):
-        stands = None if piston is None else float(piston[number])
-        contacts = contacts_at(places, ran.case, piston_x_m=stands)
+    for contacts in ran.contacts():
         yield {some.kind: some for some in contacts if len(some.first)}
 
 

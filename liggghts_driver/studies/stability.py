@@ -203,11 +203,22 @@ def _tasks(each: Studied, factor: float, runs: Path) -> Task | None:
     """The run of a case with a multiple of its step; None where the scene is refused."""
     assert each.scene is not None
     try:
-        scene = scene_at(each.scene, each.step_s, factor)
-        make_case(scene)
+        make_case(scene_at(each.scene, each.step_s, factor))
     except (SceneError, PackingError):
         return None
-    return task_of(f"{each.case.name}, {factor:.3g} steps", scene, run_folder(scene, runs))
+    return task_at(each.case.name, each.scene, each.step_s, factor, runs)
+
+
+def task_at(name: str, scene: Scene, step_s: float, factor: float, runs: Path) -> Task:
+    """The run of a scene with a multiple of its step.
+
+    Raises
+    ------
+    SceneError
+        If the step cannot be asked for at all.
+    """
+    changed = scene_at(scene, step_s, factor)
+    return task_of(f"{name}, {factor:.3g} steps", changed, run_folder(changed, runs))
 
 
 def _refusal(each: Studied, factor: float) -> Trial:
@@ -226,7 +237,10 @@ def trial_of(task: Task, factor: float, each: Studied) -> Trial:
         state = run.read_state()
         why = str((state.get("faults") or ["it did not end"])[0])
         return Trial(factor, (), why, not run.deck.exists(), "diagnosis" in state)
-    ran = read_ran(task.folder)
+    return _trial_by(read_ran(task.folder), factor, each)
+
+
+def _trial_by(ran: Ran, factor: float, each: Studied) -> Trial:
     invariants = invariants_of(ran)
     if each.fine is not None:
         invariants.append(changed_by(ran, each.fine))
@@ -246,18 +260,17 @@ def judged(factor: float, invariants: Sequence[Invariant], results: Mapping[str,
     return Trial(factor, tuple(invariants), why, invalid=results["verdict"] == "invalid")
 
 
-def _hard_trial(each: Studied, task: Task) -> Trial:
-    """What became of a run at its own step: it must be hard, too."""
-    trial = trial_of(task, 1.0, each)
-    missing = what_is_missing(each.case.name, read_ran(task.folder)) if trial.holds else ""
-    return replace(trial, why=f"it is not hard: {missing}") if missing else trial
-
-
 def _own_trial(each: Studied, task: Task | None, runs: Path) -> Trial:
+    """What became of a run at its own step: it must be hard, too."""
     if task is None:
         return _refusal(each, 1.0)
-    trial = _hard_trial(each, task)
+    if not is_done(task.folder):
+        return trial_of(task, 1.0, each)
+    ran = read_ran(task.folder)
+    trial = _trial_by(ran, 1.0, each)
+    missing = what_is_missing(each.case.name, ran) if trial.holds else ""
+    if missing:
+        return replace(trial, why=f"it is not hard: {missing}")
     if not (each.case.restarts and trial.holds) or each.scene is None:
         return trial
-    ran = read_ran(task.folder)
     return judged(1.0, [*trial.invariants, *restarted(each.scene, ran, runs)], ran.results)
