@@ -129,6 +129,18 @@ def test_what_turns_may_give_back_to_its_flight_what_it_took_and_no_more():
     assert grown == pytest.approx(1.0 - (0.05 / 0.06) ** 2)
 
 
+def test_what_spins_at_the_start_may_become_flight():
+    """As much as the spins had: 2/5 m r^2 w^2 / 2 each, and no more."""
+    spins = [{"spin": [0.0, 0.0, 20.0]}, {"spin": [0.0, 0.0, 20.0]}]
+    tables = [sphere | spin for sphere, spin in zip(COLLISION["spheres"], spins, strict=True)]
+    turning = {"contact.friction": 0.5, "spheres": tables}
+    flight = math.sqrt(0.01**2 + 0.4 * RADIUS**2 * 20.0**2)
+    given = np.where(TIMES < 0.05, 0.01, flight)
+    assert energy(ran(turning, velocities=along_x(given, -given))).worst < 1e-12
+    resting = {"contact.friction": 0.5}
+    assert energy(ran(resting, velocities=along_x(given, -given))).broken
+
+
 def test_a_fall_is_the_weight_s_work():
     places, velocities = along_x(0.0, 0.01), np.zeros((len(TIMES), 2, 3))
     places[:, :, 2] = -0.5 * 9.81 * TIMES[:, None] ** 2

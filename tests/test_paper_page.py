@@ -189,6 +189,14 @@ class TestAnswers:
         whole = next(each for each in READINGS if "whole" in each.title)
         assert explain.change_of(stored, whole, "entrance").mean == pytest.approx(0.2)
 
+    def test_how_densely_particles_lie_before_the_entrance(self):
+        """307.5 cm3 of them at the start; what is left of them, over 0.1 m x 0.1 m x the gap."""
+        made_up = answer(1.9e-6)
+        first, last = (-1e-6 * made_up.curves.piston_x_um[n] for n in (0, -1))
+        passed_m3 = 1.9e-6 * 99 * 0.5
+        expected = (0.15 * 0.01 * first - passed_m3) / (0.01 * last)
+        assert explain._before_entrance(made_up) == pytest.approx(expected, rel=1e-3)
+
     def test_what_a_step_costs(self):
         """The made-up runs take 16 s for a second, in steps of 0.5 ms; the paper 216 in 0.1 ms."""
         sentence = page._cost(linear())

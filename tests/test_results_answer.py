@@ -80,6 +80,8 @@ def test_numbers_that_are_none_are_no_answer(answer_of):
 def test_a_collision_that_did_not_happen_claims_no_restitution(answer_of):
     _, answer = answer_of(COLLISION)
     assert "restitution" not in {check["name"] for check in answer.results["exact"]}
+    # But of a pair its momentum is known, and that is asked.
+    assert [check["name"] for check in answer.results["exact"]] == ["momentum_drift_over_scale"]
 
 
 def test_a_lone_sphere_is_held_to_free_flight(answer_of):
