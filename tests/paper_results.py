@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+from functools import cache
 from typing import TYPE_CHECKING, Any
 
 from liggghts_driver.paper.catalogue import GRADIENT, SWEEPS, sweep_file
@@ -106,3 +108,20 @@ def power_law(exponent: float, at_ten: float = 1.9e-6) -> Rule:
         return at_ten * (gradient / 10.0) ** power * (1.0 + chance)
 
     return rule
+
+
+@cache
+def linear() -> Stored:
+    """All runs there, the flow proportional to the gradient; at 10 Pa/m nearly the paper's."""
+    return shipped(power_law(1.0))
+
+
+@cache
+def as_free_flight() -> Stored:
+    """All runs there, the flow with the power of the gradient that a lone particle has."""
+    return shipped(power_law(0.74, at_ten=1.2e-6))
+
+
+def with_points(stored: Stored, name: str, points: tuple[Point, ...]) -> SweepResults:
+    """A sweep of some results with other points in it."""
+    return replace(stored.sweeps[name], points=points)

@@ -2,25 +2,16 @@
 
 from __future__ import annotations
 
-from functools import cache
-from typing import TYPE_CHECKING
+from dataclasses import replace
 
 import pytest
 from matplotlib.figure import Figure
-from paper_results import power_law, shipped
+from paper_results import answer, linear, point, power_law, shipped, with_points
 
 from liggghts_driver.paper.catalogue import ALL_GRADIENTS, GRADIENT, MAIN
 from liggghts_driver.paper.figures import DRAWINGS
 from liggghts_driver.paper.pooled import flows_by_gradient
-
-if TYPE_CHECKING:
-    from liggghts_driver.paper.stored import Stored
-
-
-@cache
-def linear() -> Stored:
-    """All runs there, the flow proportional to the gradient."""
-    return shipped(power_law(1.0))
+from liggghts_driver.paper.stored import Stored
 
 
 def painted(name, stored):
@@ -68,6 +59,17 @@ class TestFigures:
         low, high = bars.lines[2][0].get_segments()[0][:, 1]
         assert (low, high) == pytest.approx((1.0, 1.0 + 0.9 * 2.484), rel=1e-3)  # t / sqrt(3)
         assert arrow.lines[2][0].get_segments()[0][:, 1] == pytest.approx((0.4, 1.0))
+
+    def test_a_rate_that_the_front_still_reaches_is_pale(self):
+        late = replace(answer(1e-6), reached_s={"entrance": 1.0, "middle": 30.0})  # of 50 s
+        points = tuple(
+            point(p.values, p.replicate, late if p.values[GRADIENT] == 1.0 else answer(1e-6))
+            for p in linear().points("gradient")
+        )
+        stored = Stored({"gradient": with_points(linear(), "gradient", points)})
+        figure = painted("paper-flow", stored)
+        for axes, expected in zip(figure.axes[:2], ([1.0], [0.4, 1.0]), strict=True):
+            assert [bars.lines[0].get_alpha() for bars in axes.containers] == expected
 
     @pytest.mark.parametrize(("power", "marker"), [(3.0, "^"), (-2.0, "v")])
     def test_an_exponent_outside_of_the_panel_has_a_mark_at_its_edge(self, power, marker):

@@ -6,33 +6,23 @@ import hashlib
 import json
 import shutil
 import sys
-from functools import cache
 from pathlib import Path
 
 import numpy as np
 import pytest
 from matplotlib.figure import Figure
-from paper_results import answer, point, power_law, shipped
+from paper_results import answer, linear, point, shipped, with_points
 from small_scenes import INFILTRATION, scene_of
 
 from liggghts_driver.cli import main
 from liggghts_driver.identity import scene_hash
-from liggghts_driver.paper import answers, catalogue, explain, figures, page, tables
-from liggghts_driver.paper.catalogue import (
-    ALL_GRADIENTS,
-    GRADIENT,
-    MAIN,
-    READINGS,
-    SWEEPS,
-    sweep_file,
-)
+from liggghts_driver.paper import catalogue, figures, tables
+from liggghts_driver.paper.catalogue import GRADIENT, SWEEPS, sweep_file
 from liggghts_driver.paper.decks import deck_sha256_of
 from liggghts_driver.paper.figure_snapshots import View, paint_snapshots, views
 from liggghts_driver.paper.figures import DRAWINGS, SNAPSHOTS, read_record, results_sha256
 from liggghts_driver.paper.page import render_page
 from liggghts_driver.paper.stored import Stored, read_stored
-from liggghts_driver.paper.validity import validity_answer
-from liggghts_driver.paper.verdict import reading_answer
 from liggghts_driver.paper.words import NOT_RUN
 from liggghts_driver.paper.write import record_file, results_file
 from liggghts_driver.prepare import prepare
@@ -43,188 +33,6 @@ from liggghts_driver.solve import solve
 from liggghts_driver.sweeps.plan import make_plan
 
 DOCS = Path(__file__).parents[1] / "docs"
-
-
-@cache
-def linear() -> Stored:
-    """All runs there, the flow proportional to the gradient; at 10 Pa/m nearly the paper's."""
-    return shipped(power_law(1.0))
-
-
-@cache
-def as_free_flight() -> Stored:
-    return shipped(power_law(0.74, at_ten=1.2e-6))
-
-
-class TestAnswers:
-    def test_a_reading_that_agrees_is_named(self):
-        """Entrance 1.9 and middle 1.52, of the paper's 1.97 and 1.86, ± 0.14 between packings."""
-        found = reading_answer(linear())
-        assert found[0].startswith("No: over the second half no reading that ran with several")
-        assert "at the entrance alone fluid outside with the piston, outside v_f = a t" in found[0]
-        assert not any(NOT_RUN in sentence for sentence in found)
-
-    def test_one_packing_decides_nothing(self):
-        """Not even at half the paper's flow rate."""
-        found = reading_answer(shipped(lambda s, v, n: 1e-6 if n == 0 else None))[0]
-        assert found.startswith(
-            "Not decided: over the second half no reading with several packings"
-        )
-        assert "One packing, which decides nothing: fluid outside with the piston" in found
-
-    def test_what_the_settings_may_explain_is_not_decided(self):
-        """Entrance 4 % below and middle 4 % above with hardly any spread: within 5 %."""
-        found = reading_answer(self.gradient_alone(1.97e-6 * 0.96, 1.86e-6 * 1.04))[0]
-        assert found.startswith("Not decided: over the second half fluid outside with the piston")
-
-    def test_the_two_outside_fluids_on_both_sides_of_the_paper(self):
-        def rule(sweep, values, replicate):
-            return {"gradient": 1.5e-6, "outside_fluid": 2.5e-6}.get(sweep)
-
-        found = reading_answer(shipped(rule))
-        assert found[0].endswith(
-            "entrance, 1.50 to 2.50 around 1.97; middle, 1.20 to 2.00 around 1.86."
-        )
-        assert "entrance, steady in 3 of 3 packings" in found[1]
-        assert "lies between" not in reading_answer(linear())[0]
-
-    @staticmethod
-    def gradient_alone(*flows_m3_s):
-        """The first reading alone has run, and has the same flow rates in all packings."""
-        made = {
-            name: tuple(
-                point(p.values, p.replicate, answer(*flows_m3_s) if name == "gradient" else None)
-                for p in sweep.points
-            )
-            for name, sweep in linear().sweeps.items()
-        }
-        return Stored({n: figures_sweep(linear(), n, points) for n, points in made.items()})
-
-    def test_both_sections_must_agree(self):
-        found = reading_answer(self.gradient_alone(1.97e-6, 1.86e-6))[0]
-        assert found.startswith("Yes: over the second half fluid outside with the piston agrees")
-        found = reading_answer(self.gradient_alone(1.97e-6, 1.2e-6))[0]
-        assert found.startswith("No: over the second half")
-
-    def test_proportional_flow(self):
-        found = answers.power_answer(linear())
-        assert found[0].startswith(
-            'At the entrance the flow goes with the gradient in the reading "with the piston"'
-        )
-        main = next(s for s in found if s.startswith('"with the piston"'))
-        assert "entrance (1 to 10 Pa/m), 1.00" in main
-        assert "which may be 1;" in main
-
-    def test_free_flight(self):
-        found = answers.power_answer(as_free_flight())
-        assert found[0].startswith("At the entrance the flow does not go with the gradient")
-        assert any("0.740" in s and "which may be 0.74" in s for s in found)
-
-    def test_a_wide_interval_does_not_make_it_linear(self):
-        """Powers 0.6, 0.9 and 1.2: 0.9 ± 0.75 has both 1 and 0.74 in it."""
-
-        def rule(sweep, values, replicate):
-            return 1.9e-6 * (values.get(GRADIENT, 10.0) / 10.0) ** (0.6 + 0.3 * replicate)
-
-        found = answers.power_answer(shipped(rule))
-        assert found[0].startswith("At the entrance proportional cannot be told from free flight")
-        assert any("which cannot tell 1 from 0.74" in sentence for sentence in found)
-
-    def test_a_line_that_is_crossed_is_not_followed(self):
-        """A flow with the 0.74th power crosses the law's line where (g / 10)^0.26 = 1.2 / 1.86."""
-        entrance, middle = validity_answer(as_free_flight(), ALL_GRADIENTS)
-        assert "above it at 1 Pa/m" in entrance
-        assert "it crosses the line between 1 and 5 Pa/m" in entrance
-        assert "it runs along the line nowhere (power of the gradient from 1 to 50 Pa/m 0.7" in (
-            entrance
-        )
-        assert middle.startswith("Middle: beside the law's line, the flow is")
-
-    def test_where_the_law_ends(self):
-        """Proportional as the law up to 10 Pa/m, and as the root of the gradient beyond."""
-
-        def rule(sweep, values, replicate):
-            ratio = values.get(GRADIENT, 10.0) / 10.0
-            return 1.86e-6 * (1 + 0.01 * replicate) * min(ratio, ratio**0.5)
-
-        entrance = validity_answer(shipped(rule), ALL_GRADIENTS)[0]
-        assert "it follows the line from 1 to 10 Pa/m (power of the gradient 1.0" in entrance
-        assert entrance.endswith("and is below it from 14 Pa/m on, Re = 10.")
-
-    def test_a_flow_that_never_met_the_line_does_not_leave_it(self):
-        found = validity_answer(shipped(power_law(1.0, at_ten=1e-6)), MAIN)[0]
-        assert found == (
-            "Entrance: beside the law's line, the flow is below it at 1, 2, 5, 10 and 20 Pa/m."
-        )
-
-    def test_friction_that_stops_the_flow_is_said_to(self):
-        def rule(sweep, values, replicate):
-            share = {0.1: 0.5, 0.2: 0.2, 0.5: 0.001}.get(values.get("contact.friction"), 1.0)
-            return 1.9e-6 * share * (1.0 + 0.03 * (replicate - 1))
-
-        found = explain.friction_answer(shipped(rule))
-        assert ["is obstructed" in sentence for sentence in found] == [False, False, True]
-        assert "Friction 0.1, rolling " in found[0]
-        assert "not obstructed: 50 % remains" in found[0]
-        assert "changes by \u221250" in found[0]
-
-    def test_what_moves_the_flow_and_what_does_not(self):
-        def rule(sweep, values, replicate):
-            chance = {"exit": 0.05, "grains": 0.01}.get(sweep, 0.0) * (replicate - 1)
-            whole = values.get("specimen.cut") == "inside"
-            return 1.9e-6 * ((1.3 if whole else 1.0) + chance * (whole or sweep == "exit"))
-
-        found = next(s for s in explain.explain_answer(shipped(rule)) if s.startswith("Entrance"))
-        moved, rest = found.split("; no change beyond chance: ")
-        assert "whole grains inside (0.50) (+30.0 ± 2.5 %)" in moved
-        assert "exit open" in rest
-
-    def test_whole_grains_are_held_against_cut_ones_at_the_same_fraction(self):
-        """And not against the first reading, from which they differ in two things."""
-
-        def rule(sweep, values, replicate):
-            return 1.9e-6 * {"inside": 1.8, "bulk": 1.5}.get(values.get("specimen.cut"), 1.0)
-
-        stored = shipped(rule)
-        whole = next(each for each in READINGS if "whole" in each.title)
-        assert explain.change_of(stored, whole, "entrance").mean == pytest.approx(0.2)
-
-    def test_how_densely_particles_lie_before_the_entrance(self):
-        """307.5 cm3 of them at the start; what is left of them, over 0.1 m x 0.1 m x the gap."""
-        made_up = answer(1.9e-6)
-        first, last = (-1e-6 * made_up.curves.piston_x_um[n] for n in (0, -1))
-        passed_m3 = 1.9e-6 * 99 * 0.5
-        expected = (0.15 * 0.01 * first - passed_m3) / (0.01 * last)
-        assert explain._before_entrance(made_up) == pytest.approx(expected, rel=1e-3)
-
-    def test_what_a_step_costs(self):
-        """The made-up runs take 16 s for a second, in steps of 0.5 ms; the paper 216 in 0.1 ms."""
-        sentence = page._cost(linear())
-        assert "takes 16.0 s" in sentence
-        assert "14 times less, of which 5.0 by a longer step" in sentence
-        assert "A step takes 8.0 ms, the paper's 22 ms: 2.7 times less." in sentence
-
-    def test_steadiness(self):
-        found = answers.steady_answer(linear())
-        assert "steady in 3 of 3 packings" in found[0]
-        assert "no steady flow" not in " ".join(found)
-        assert "12.0 s at 10" in found[-1]
-        assert "after the 10 s" in found[-1]
-
-    def test_what_if(self):
-        found = explain.what_if_answer(linear())
-        assert [sentence.split(",")[0] for sentence in found] == [
-            "v_p = 0.1",
-            "v_p = 0.15",
-            "v_p = 0.25",
-        ]
-        # Eq. 6 is accurate up to 0.15.
-        assert ["not to hold" in sentence for sentence in found] == [False, False, True]
-
-
-def figures_sweep(stored, name, points):
-    sweep = stored.sweeps[name]
-    return type(sweep)(name, sweep.title, sweep.settings, points)
 
 
 class TestThePage:
@@ -246,7 +54,7 @@ class TestThePage:
             return point(p.values, p.replicate, answer(1e-6, verdict="invalid"))
 
         points = tuple(made(p) for p in linear().points("exit"))
-        stored = Stored({**linear().sweeps, "exit": figures_sweep(linear(), "exit", points)})
+        stored = Stored({**linear().sweeps, "exit": with_points(linear(), "exit", points)})
         page = render_page(stored)
         assert "`exit.toml`, specimen.exit = open, seed 1: invalid: a made-up reason" in page
         assert "3 invalid" in page

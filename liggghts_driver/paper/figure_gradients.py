@@ -60,6 +60,8 @@ _PAPER_RANGE: Any = {"color": INK, "linewidth": 4.0, "solid_capstyle": "butt"}
 _FREE_FLIGHT: Any = {"color": GREY, "linewidth": 1.0}
 #: How far an arrow goes down, as a share of the mean, where the interval goes on to zero.
 _ARROW = 0.6
+#: How opaque a rate is drawn that the front still reaches late in the run.
+_ARRIVING = 0.4
 
 
 def paint_flow(stored: Stored, figure: Figure) -> None:
@@ -134,11 +136,14 @@ def _law_line(axes: Axes, value: Any) -> None:
 def _flows(
     axes: Axes, flows: Mapping[float, Pooled], colour: str, marker: str, aside: float
 ) -> None:
-    known = {g: p for g, p in flows.items() if p.mean > 0.0}
-    for filled in (colour, "white"):
-        some = {g: p for g, p in known.items() if face(p, colour) == filled}
-        if some:
-            _with_bars(axes, some, aside, {"fmt": marker, "color": colour, "mfc": filled})
+    groups: dict[tuple[str, float], dict[float, Pooled]] = {}
+    for gradient, pooled in flows.items():
+        if pooled.mean > 0.0:
+            look = (face(pooled, colour), _ARRIVING if pooled.late else 1.0)
+            groups.setdefault(look, {})[gradient] = pooled
+    for (filled, alpha), some in groups.items():
+        style = {"fmt": marker, "color": colour, "mfc": filled, "alpha": alpha}
+        _with_bars(axes, some, aside, style)
 
 
 def _with_bars(axes: Axes, flows: Mapping[float, Pooled], aside: float, look: Any) -> None:

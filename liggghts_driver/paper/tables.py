@@ -34,7 +34,7 @@ from liggghts_driver.paper.pooled import (
     velocity_range,
 )
 from liggghts_driver.paper.printed import COST_S_PER_S, MAIN_GRADIENT_PA_M, ROWS, STEP_S, TABLE_1
-from liggghts_driver.paper.words import NOT_RUN, cell, judge, short_cell
+from liggghts_driver.paper.words import NOT_RUN, cell, judge, marks, short_cell
 from liggghts_driver.report.numbers import NONE, number
 
 if TYPE_CHECKING:
@@ -98,7 +98,7 @@ def _velocity_cell(points: Sequence[Point]) -> str:
         return NOT_RUN
     low, high = (number(v / _VELOCITY_UNIT) for v in reach)
     half = "" if mean.between is None else f" ± {number(mean.between / _VELOCITY_UNIT, 2)}"
-    return f"{number(mean.mean / _VELOCITY_UNIT)}{half}; {low} to {high}"
+    return f"{number(mean.mean / _VELOCITY_UNIT)}{half}; {low} to {high}{marks(mean)}"
 
 
 def readings_table(stored: Stored) -> str:
