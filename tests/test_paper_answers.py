@@ -5,8 +5,9 @@ from __future__ import annotations
 import pytest
 from paper_results import answer, as_free_flight, linear, point, power_law, shipped, with_points
 
-from liggghts_driver.paper import answers, explain, page
+from liggghts_driver.paper import answers, explain
 from liggghts_driver.paper.catalogue import ALL_GRADIENTS, GRADIENT, MAIN, READINGS
+from liggghts_driver.paper.cost import cost_sentence
 from liggghts_driver.paper.stored import Stored
 from liggghts_driver.paper.validity import validity_answer
 from liggghts_driver.paper.verdict import reading_answer
@@ -156,7 +157,7 @@ class TestAnswers:
 
     def test_what_a_step_costs(self):
         """The made-up runs take 16 s for a second, in steps of 0.5 ms; the paper 216 in 0.1 ms."""
-        sentence = page._cost(linear())
+        sentence = cost_sentence(linear())
         assert "takes 16.0 s" in sentence
         assert "14 times less, of which 5.0 by a longer step" in sentence
         assert "A step takes 8.0 ms, the paper's 22 ms: 2.7 times less." in sentence

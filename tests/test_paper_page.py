@@ -18,6 +18,7 @@ from liggghts_driver.cli import main
 from liggghts_driver.identity import scene_hash
 from liggghts_driver.paper import catalogue, figures, tables
 from liggghts_driver.paper.catalogue import GRADIENT, SWEEPS, sweep_file
+from liggghts_driver.paper.cost import cost_table
 from liggghts_driver.paper.decks import deck_sha256_of
 from liggghts_driver.paper.figure_snapshots import View, paint_snapshots, views
 from liggghts_driver.paper.figures import DRAWINGS, SNAPSHOTS, read_record, results_sha256
@@ -62,7 +63,7 @@ class TestThePage:
     def test_tables_have_as_many_cells_in_each_row(self):
         made = [
             tables.flow_table, tables.velocity_table, tables.readings_table,
-            tables.exponent_table, tables.validity_table, tables.runs_table, tables.cost_table,
+            tables.exponent_table, tables.validity_table, tables.runs_table, cost_table,
         ]  # fmt: skip
         for stored in (linear(), Stored()):
             for each in made:

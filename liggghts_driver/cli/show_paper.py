@@ -39,8 +39,9 @@ def paper(written: Written, *, as_json: bool) -> None:
         table.add_row(*row)
     console.print(table)
     console.print("mean ± between packings ± in time (packings)")
-    short = [found["readings"][0], *found["agreement"], found["power"][0], found["cost"]]
-    for sentence in short:
+    for claim in found["claims"]:
+        console.print(f"{claim.words}: {claim.verdict}. {claim.found}", markup=False)
+    for sentence in (found["readings"][0], found["cost"]):
         console.print(sentence, markup=False)
     for failure in found["failures"]:
         console.print(failure, markup=False)

@@ -41,11 +41,11 @@ from liggghts_driver.paper.words import (
 from liggghts_driver.report.numbers import number
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping, Sequence
+    from collections.abc import Callable, Iterable, Mapping, Sequence
 
     from liggghts_driver.paper.catalogue import Series
     from liggghts_driver.paper.pooled import Pooled
-    from liggghts_driver.paper.stored import Point, Stored
+    from liggghts_driver.paper.stored import Answer, Point, Stored
 
 SECTIONS = ("entrance", "middle")
 #: Flow rates are said in millionths of a cubic metre per second.
@@ -65,18 +65,17 @@ def is_slow(gradient_pa_m: float) -> bool:
 
 def power_answer(stored: Stored) -> list[str]:
     """Whether the flow goes with the gradient or with its 0.74th power; what makes it linear."""
-    gradients = [row.gradient_pa_m for row in TABLE_1 if is_slow(row.gradient_pa_m)]
-    free = law.free_flight_exponent(gradients[0], gradients[-1])
+    low, high = _slow_gradients()
     lone = (
         f"Proportional would be the power 1; a lone particle's free flight goes with the power "
-        f"{number(free, 2)} from {gradients[0]:g} to {gradients[-1]:g} Pa/m."
+        f"{number(_free_flight(), 2)} from {low:g} to {high:g} Pa/m."
     )
     sentences = [lone]
     kinds: dict[str, list[str]] = {"proportional": [], "other": [], "not told": []}
     for series in (MAIN, PRINTED, FOLLOWS, VISCOUS):
-        found = {name: _exponent(stored, series, name) for name in SECTIONS}
+        found = {name: power_of(stored, series, name) for name in SECTIONS}
         words = "; ".join(
-            f"{n}{_range_of(stored, series, n)}, {_power_words(found[n], free)}"
+            f"{n}{_range_of(stored, series, n)}, {_power_words(found[n])}"
             if len(flows_by_gradient(stored, series, n)) > 1
             else f"{n}, {NOT_RUN}"
             for n in SECTIONS
@@ -85,16 +84,29 @@ def power_answer(stored: Stored) -> list[str]:
         pooled = found["entrance"]
         if pooled is not None and pooled.between is not None:
             told = f'"{series.name}" (power {short_cell(pooled)})'
-            kinds[_kind_of_power(pooled, free)].append(told)
+            kinds[kind_of_power(pooled)].append(told)
     return [_linear(kinds), *sentences]
 
 
-def _kind_of_power(pooled: Pooled, free: float) -> str:
+def _slow_gradients() -> tuple[float, float]:
+    """The smallest and the largest gradient of Table 1 at which the law is said to hold [Pa/m]."""
+    slow = [row.gradient_pa_m for row in TABLE_1 if is_slow(row.gradient_pa_m)]
+    return slow[0], slow[-1]
+
+
+def _free_flight() -> float:
+    """The power of the gradient with which a lone particle's velocity goes between these."""
+    return law.free_flight_exponent(*_slow_gradients())
+
+
+def kind_of_power(pooled: Pooled) -> str:
     """Whether a flow goes with the gradient; only a narrow interval without 0.74 says so."""
+    if pooled.between is None:
+        return "one packing"
     if not holds(pooled, _PROPORTIONAL):
         return "other"
-    narrow = pooled.between is not None and pooled.between < _TELLS_APART
-    return "proportional" if narrow and not holds(pooled, free) else "not told"
+    narrow = pooled.between < _TELLS_APART
+    return "proportional" if narrow and not holds(pooled, _free_flight()) else "not told"
 
 
 def _linear(kinds: Mapping[str, Sequence[str]]) -> str:
@@ -117,7 +129,8 @@ def _everywhere(_gradient_pa_m: float) -> bool:
     return True
 
 
-def _exponent(stored: Stored, series: Series, section: str) -> Pooled | None:
+def power_of(stored: Stored, series: Series, section: str) -> Pooled | None:
+    """The power of the gradient with which a reading's flow goes, where the law is said to hold."""
     return exponent(flows_by_gradient(stored, series, section), fitted(series))
 
 
@@ -135,12 +148,13 @@ def _range_of(stored: Stored, series: Series, section: str) -> str:
     return f" ({', '.join(parts)})" if parts else ""
 
 
-def _power_words(pooled: Pooled | None, free: float) -> str:
+def _power_words(pooled: Pooled | None) -> str:
     if pooled is None:
         return "no power to be fitted"
     if pooled.between is None:
         return short_cell(pooled)
-    if _kind_of_power(pooled, free) == "not told":
+    free = _free_flight()
+    if kind_of_power(pooled) == "not told":
         return f"{short_cell(pooled)}, which cannot tell 1 from {number(free, 2)}"
     both = {"1": _PROPORTIONAL, number(free, 2): free}
     near = [name for name, value in both.items() if holds(pooled, value)]
@@ -164,11 +178,17 @@ def steady_answer(stored: Stored) -> list[str]:
 
 def steady_words(points: Sequence[Point], section: str) -> str:
     """In how many packings the flow is steady over the second half, and why not in the others."""
-    found = [second_half(p.sound, section) for p in points if p.sound is not None]
+    answers = [p.sound for p in points if p.sound is not None]
+    found = [second_half(answer, section) for answer in answers]
     drifts = "; ".join(each.reason for each in found if not each.steady)
     why = f" ({drifts})" if drifts else ""
-    steady = sum(each.steady for each in found)
+    steady = steady_count(answers, section)
     return f"steady in {steady} of {counted(len(found), 'packing')}{why}"
+
+
+def steady_count(answers: Iterable[Answer], section: str) -> int:
+    """In how many runs the flow past a section is steady over the second half."""
+    return sum(second_half(answer, section).steady for answer in answers)
 
 
 def _arrivals(stored: Stored) -> str:

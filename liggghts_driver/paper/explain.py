@@ -156,15 +156,19 @@ def friction_answer(stored: Stored) -> list[str]:
         if change is None:
             sentences.append(f"{capital(reading.title)}: {NOT_RUN}.")
             continue
-        stopped = 1.0 + change.mean < _STOPPED
         end = f"not obstructed: {number(100.0 * (1.0 + change.mean), 2)} % remains"
-        if stopped:
+        if is_stopped(change):
             end = "the entrance is obstructed, as the paper says may happen"
         sentences.append(
             f"{capital(reading.title)}, rolling {rolling:g}: the flow rate at the entrance over "
             f"the second half changes by {change_words(change)}; {end}."
         )
     return sentences
+
+
+def is_stopped(change: Change) -> bool:
+    """Whether hardly any of the flow remains."""
+    return 1.0 + change.mean < _STOPPED
 
 
 def what_if_answer(stored: Stored) -> list[str]:

@@ -28,12 +28,10 @@ from liggghts_driver.paper.pooled import (
     flows_by_gradient,
     local_exponents,
     of_reading,
-    seconds_per_second,
-    seconds_per_step,
     velocity,
     velocity_range,
 )
-from liggghts_driver.paper.printed import COST_S_PER_S, MAIN_GRADIENT_PA_M, ROWS, STEP_S, TABLE_1
+from liggghts_driver.paper.printed import MAIN_GRADIENT_PA_M, ROWS, TABLE_1
 from liggghts_driver.paper.words import NOT_RUN, cell, judge, marks, short_cell
 from liggghts_driver.report.numbers import NONE, number
 
@@ -201,37 +199,3 @@ def runs_table(stored: Stored) -> str:
         told += [f"{count} {why}" for why, count in sorted(waiting.items())]
         rows.append([f"`{sweep.name}.toml`", sweep.title, str(len(sweep.points)), ", ".join(told)])
     return table(["sweep in `cases/paper/`", "what it is", "points", "of these"], rows)
-
-
-def cost_table(stored: Stored) -> str:
-    """Time for a simulated second: of the paper, and ours on each machine."""
-    groups: dict[str, list[Point]] = {}
-    for point in stored.points():
-        if point.answer is not None:
-            groups.setdefault(machine_words(point), []).append(point)
-    each = number(1e3 * COST_S_PER_S * STEP_S)
-    paper = ["the paper, a laptop at 2.0 GHz", "1", "0.1 ms", f"{COST_S_PER_S:g}", NONE, each]
-    rows = [[*paper, "1", NONE]]
-    for machine, points in sorted(groups.items()):
-        answers = [p.answer for p in points if p.answer is not None]
-        seconds = seconds_per_second(points)
-        if seconds:
-            median = float(np.median(seconds))
-            reach = f"{number(min(seconds))} to {number(max(seconds))}"
-            steps = ", ".join(
-                f"{number(1e3 * step, 2)} ms"
-                for step in sorted({a.cost["step_s"] for a in answers})
-            )
-            ranks = ", ".join(str(n) for n in sorted({a.cost["ranks"] for a in answers}))
-            ratio = number(COST_S_PER_S / median, 2)
-            each = number(1e3 * float(np.median(seconds_per_step(points))))
-            cells = [machine, ranks, steps, number(median), reach, each]
-            rows.append([*cells, ratio, str(len(seconds))])
-    heads = ["machine", "processes", "step", "s per simulated s, median", "range"]
-    return table([*heads, "ms per step", "times faster", "runs"], rows)
-
-
-def machine_words(point: Point) -> str:
-    """The machine of a run, as far as it is known."""
-    made = point.answer.provenance["machine"] if point.answer is not None else None
-    return f"{made['cpu']}, {made['cores']} cores" if made else "a machine that is not known"

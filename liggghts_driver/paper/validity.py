@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 from itertools import pairwise
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Literal
 
 from liggghts_driver.paper import law
-from liggghts_driver.paper.answers import SECTIONS
+from liggghts_driver.paper.answers import SECTIONS, is_slow
 from liggghts_driver.paper.pooled import exponent, flows_by_gradient, has_power
 from liggghts_driver.paper.words import NOT_RUN, capital, holds, judge, listed, short_cell
 from liggghts_driver.report.numbers import number
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Mapping, Sequence
 
     from liggghts_driver.paper.catalogue import Series
     from liggghts_driver.paper.pooled import Pooled
@@ -22,6 +22,7 @@ if TYPE_CHECKING:
 _FEWEST = 3
 #: ... and the power over them is 1 within at most this: it could not be free flight's 0.74 then.
 _WIDEST_POWER = 0.15
+Course = Literal["followed", "left", "not told"]
 #: In the order in which they are told.
 _ABOVE, _OPEN, _ON, _BELOW = "above it", "not told from it", "on it", "below it"
 _ONE, _LATE = "known from one packing alone", "still arriving"
@@ -41,13 +42,33 @@ def line_words(flows: Mapping[float, Pooled]) -> str:
     """On which side of the line the flow is at each gradient, and what course that makes."""
     if not flows:
         return NOT_RUN
-    sides = {gradient: _side(gradient, pooled) for gradient, pooled in flows.items()}
+    course = _course(flows, _sides(flows))
+    return f"beside the law's line, the flow is {sides_words(flows)}{course}"
+
+
+def sides_words(flows: Mapping[float, Pooled]) -> str:
+    """On which side of the line the flow is at each gradient."""
+    sides = _sides(flows)
     parts = [
         f"{side} at {listed([f'{g:g}' for g in some])} Pa/m"
         for side in _SIDES
         if (some := [g for g, found in sides.items() if found == side])
     ]
-    return f"beside the law's line, the flow is {listed(parts)}{_course(flows, sides)}"
+    return listed(parts)
+
+
+def follows_the_law(flows: Mapping[float, Pooled]) -> Course:
+    """Whether a flow follows the line up to the largest gradient at which it is said to hold."""
+    sides = _sides(flows)
+    slow = {gradient: side for gradient, side in sides.items() if is_slow(gradient)}
+    followed = _followed(flows, sides)
+    if followed and followed[-1] >= max(slow):
+        return "followed"
+    return "left" if {_ABOVE, _BELOW} & set(slow.values()) else "not told"
+
+
+def _sides(flows: Mapping[float, Pooled]) -> dict[float, str]:
+    return {gradient: _side(gradient, pooled) for gradient, pooled in flows.items()}
 
 
 def _side(gradient_pa_m: float, pooled: Pooled) -> str:
@@ -59,15 +80,26 @@ def _side(gradient_pa_m: float, pooled: Pooled) -> str:
 
 def _course(flows: Mapping[float, Pooled], sides: Mapping[float, str]) -> str:
     """What is to be made of the sides: the line is followed, or crossed, or neither is known."""
-    followed = _longest_run(sides)
-    power = exponent(flows, lambda gradient: gradient in followed)
-    if len(followed) >= _FEWEST and power is not None and _is_one(power):
+    followed = _followed(flows, sides)
+    if followed:
         span = f"from {followed[0]:g} to {followed[-1]:g} Pa/m"
-        told = f"; it follows the line {span} (power of the gradient {short_cell(power)})"
+        power = short_cell(_power_over(flows, followed))
+        told = f"; it follows the line {span} (power of the gradient {power})"
         return told + _left(followed[-1], sides)
     if set(sides.values()) in ({_ABOVE}, {_BELOW}):
         return ""
     return _crossing(sides) + _along(flows)
+
+
+def _followed(flows: Mapping[float, Pooled], sides: Mapping[float, str]) -> list[float]:
+    """The gradients from which to which the line is followed; none where it is not."""
+    run = _longest_run(sides)
+    power = _power_over(flows, run)
+    return run if len(run) >= _FEWEST and power is not None and _is_one(power) else []
+
+
+def _power_over(flows: Mapping[float, Pooled], some: Sequence[float]) -> Pooled | None:
+    return exponent(flows, lambda gradient: gradient in some)
 
 
 def _longest_run(sides: Mapping[float, str]) -> list[float]:

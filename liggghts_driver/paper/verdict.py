@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
     from liggghts_driver.paper.pooled import Pooled
     from liggghts_driver.paper.stored import Stored
-    from liggghts_driver.paper.words import Judgement
+    from liggghts_driver.paper.words import Judgement, Verdict
 
 
 @dataclass(frozen=True)
@@ -36,16 +36,9 @@ class _Held:
 
 def reading_answer(stored: Stored) -> list[str]:
     """Whether any reading gives the paper's flow rates at 10 Pa/m: a verdict, then each."""
-    held, missing = [], []
-    for reading in READINGS:
-        points = of_reading(stored, reading)
-        found = {name: flow(points, name) for name in SECTIONS}
-        flows = {name: pooled for name, pooled in found.items() if pooled is not None}
-        judged = {s: judge(flows[s], _printed(s), FLOW_UNIT) for s in flows}
-        if len(flows) == len(SECTIONS):
-            held.append(_Held(reading.title, flows, judged))
-        else:
-            missing.append(reading.title)
+    held = _held(stored)
+    titles = [each.title for each in held]
+    missing = [reading.title for reading in READINGS if reading.title not in titles]
     sentences = [_verdict(held) + _bracket(held), *_second_outside(stored)]
     sentences += [
         f"{capital(each.title)}: "
@@ -61,14 +54,44 @@ def reading_answer(stored: Stored) -> list[str]:
     return sentences
 
 
+def reading_verdict(stored: Stored) -> Verdict:
+    """The same in a word or two."""
+    return _kind(_held(stored))
+
+
+def _held(stored: Stored) -> list[_Held]:
+    """The readings that have run."""
+    held = []
+    for reading in READINGS:
+        points = of_reading(stored, reading)
+        found = {name: flow(points, name) for name in SECTIONS}
+        flows = {name: pooled for name, pooled in found.items() if pooled is not None}
+        judged = {s: judge(flows[s], _printed(s), FLOW_UNIT) for s in flows}
+        if len(flows) == len(SECTIONS):
+            held.append(_Held(reading.title, flows, judged))
+    return held
+
+
+def _kind(held: Sequence[_Held]) -> Verdict:
+    """What the readings with several packings say; one packing decides nothing."""
+    several = [each.kinds for each in held if "one packing" not in each.kinds]
+    if not held:
+        return "not run yet"
+    if {"agrees"} in several:
+        return "yes"
+    undecided = not several or any("differs" not in kinds for kinds in several)
+    return "not decided" if undecided else "no"
+
+
 def _printed(section: str) -> float:
     """The paper's simulated flow rate at 10 Pa/m [m3/s]."""
     return ROWS[MAIN_GRADIENT_PA_M].flow_m3_s(section)
 
 
 def _verdict(held: Sequence[_Held]) -> str:
-    """What the readings with several packings say; those with one are named, and decide nothing."""
-    if not held:
+    """The verdict in words; readings with one packing are named."""
+    kind = _kind(held)
+    if kind == "not run yet":
         return f"{capital(NOT_RUN)}."
     entrance, middle = (number(_printed(name) / FLOW_UNIT) for name in SECTIONS)
     asked = f"{entrance} at the entrance and {middle} at the middle"
@@ -77,9 +100,9 @@ def _verdict(held: Sequence[_Held]) -> str:
     both = [each.title for each in several if each.kinds == {"agrees"}]
     may = [each.title for each in several if "differs" not in each.kinds]
     first = [each.title for each in several if each.judged["entrance"].agrees]
-    if both:
+    if kind == "yes":
         told = f"Yes: over the second half {listed(both)} agrees with {asked}."
-    elif may or not several:
+    elif kind == "not decided":
         which = f"{listed(may)} may agree with" if may else "no reading with several packings has"
         told = f"Not decided: over the second half {which} {asked}."
     else:

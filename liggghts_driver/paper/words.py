@@ -20,6 +20,8 @@ SETTINGS_ERROR = 0.05
 #: Set behind a number with a run that drifts, and with one that the first particles reach late.
 DRIFTS, ARRIVING = "~", "→"
 
+#: Whether something that the paper says holds.
+Verdict = Literal["yes", "no", "in part", "not decided", "not run yet"]
 Kind = Literal["agrees", "undecided", "differs", "one packing", "unknown"]
 
 
