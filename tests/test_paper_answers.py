@@ -158,9 +158,9 @@ class TestAnswers:
     def test_what_a_step_costs(self):
         """The made-up runs take 16 s for a second, in steps of 0.5 ms; the paper 216 in 0.1 ms."""
         sentence = cost_sentence(linear())
-        assert "takes 16.0 s" in sentence
+        assert "takes 16 (16 to 16) s" in sentence
         assert "14 times less, of which 5.0 by a longer step" in sentence
-        assert "A step takes 8.0 ms, the paper's 22 ms: 2.7 times less." in sentence
+        assert "A step takes 8.0 (8.0 to 8.0) ms, the paper's 22 ms: 2.7 times less." in sentence
 
     def test_steadiness(self):
         found = answers.steady_answer(linear())

@@ -6,73 +6,82 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from liggghts_driver.paper.catalogue import MAIN
-from liggghts_driver.paper.pooled import by_gradient, seconds_per_second, seconds_per_step
-from liggghts_driver.paper.printed import COST_S_PER_S, MAIN_GRADIENT_PA_M, STEP_S
+from liggghts_driver.paper.pooled import seconds_per_second, seconds_per_step
+from liggghts_driver.paper.printed import COST_S_PER_S, STEP_S
 from liggghts_driver.paper.tables import table
-from liggghts_driver.paper.words import NOT_RUN, capital, counted
+from liggghts_driver.paper.words import NOT_RUN, capital, counted, listed
 from liggghts_driver.report.numbers import NONE, number
 
 if TYPE_CHECKING:
-    from liggghts_driver.paper.stored import Answer, Point, Stored
+    from collections.abc import Sequence
+
+    from liggghts_driver.paper.stored import Point, Stored
 
 
 def cost_sentence(stored: Stored) -> str:
-    """The time for a simulated second at 10 Pa/m, beside the paper's."""
-    points = by_gradient(stored, MAIN).get(MAIN_GRADIENT_PA_M, [])
+    """The time for a simulated second of all runs, beside the paper's."""
+    points = [point for point in stored.points() if point.answer is not None]
     known = seconds_per_second(points)
     if not known:
         return f"{capital(NOT_RUN)}."
-    seconds = float(np.median(known))
-    first = next(p.answer for p in points if p.answer is not None)
-    longer = first.cost["step_s"] / STEP_S
-    each, printed = 1e3 * float(np.median(seconds_per_step(points))), 1e3 * COST_S_PER_S * STEP_S
+    steps = [1e3 * each for each in seconds_per_step(points)]
+    printed = 1e3 * COST_S_PER_S * STEP_S
+    longer = np.divide(seconds_per_step(points), known) / STEP_S
+    machines = listed(sorted({_machine_words(point) for point in points}))
     return (
-        f"A simulated second takes {number(seconds)} s of processor time ({_how(first)}, "
-        f"{counted(len(known), 'run')} at {MAIN_GRADIENT_PA_M:g} Pa/m), where the paper says "
-        f"0.06 h = {COST_S_PER_S:g} s: {_less(seconds / COST_S_PER_S)}, of which "
-        f"{number(longer, 2)} by a longer step. A step takes {number(each, 2)} ms, the paper's "
-        f"{number(printed, 2)} ms: {_less(each / printed)}."
+        f"A simulated second takes {_middle_and_reach(known)} s of processor time "
+        f"({counted(len(known), 'run')} on one core each; {machines}), where the paper says 0.06 h "
+        f"= {COST_S_PER_S:g} s: {_less(known, COST_S_PER_S)}, of which "
+        f"{number(float(np.median(longer)), 2)} by a longer step. A step takes "
+        f"{_middle_and_reach(steps)} ms, the paper's {number(printed, 2)} ms: "
+        f"{_less(steps, printed)}."
     )
 
 
-def _less(ratio: float) -> str:
-    """Ours over the paper's, in words."""
-    return f"{number(1.0 / ratio, 2)} times less" if ratio < 1.0 else f"{number(ratio, 2)} times"
+def _middle_and_reach(values: Sequence[float]) -> str:
+    """The median, and from the smallest to the largest."""
+    low, middle, high = np.quantile(values, (0.0, 0.5, 1.0))
+    return f"{number(middle, 2)} ({number(low, 2)} to {number(high, 2)})"
 
 
-def _how(answer: Answer) -> str:
-    machine = answer.provenance["machine"]
-    where = f"one core of {machine['cpu']}" if machine else "a machine that is not known"
-    return f"{where}, a step of {number(1e3 * answer.cost['step_s'], 2)} ms"
+def _less(ours: Sequence[float], printed: float) -> str:
+    """How many times less than the paper's, in the median."""
+    return f"{number(printed / float(np.median(ours)), 2)} times less"
 
 
 def cost_table(stored: Stored) -> str:
-    """Time for a simulated second: of the paper, and ours on each machine."""
-    groups: dict[str, list[Point]] = {}
+    """Time for a simulated second: of the paper, and ours on each machine and day."""
+    groups: dict[tuple[str, str], list[Point]] = {}
     for point in stored.points():
         if point.answer is not None:
-            groups.setdefault(_machine_words(point), []).append(point)
+            day = str(point.answer.provenance["started"] or NONE)[:10]
+            groups.setdefault((_machine_words(point), day), []).append(point)
     each = number(1e3 * COST_S_PER_S * STEP_S)
-    paper = ["the paper, a laptop at 2.0 GHz", "1", "0.1 ms", f"{COST_S_PER_S:g}", NONE, each]
+    paper = ["the paper, a laptop at 2.0 GHz", NONE, "1", "0.1 ms", f"{COST_S_PER_S:g}", NONE, each]
     rows = [[*paper, "1", NONE]]
-    for machine, points in sorted(groups.items()):
-        answers = [p.answer for p in points if p.answer is not None]
-        seconds = seconds_per_second(points)
-        if seconds:
-            median = float(np.median(seconds))
-            reach = f"{number(min(seconds))} to {number(max(seconds))}"
-            steps = ", ".join(
-                f"{number(1e3 * step, 2)} ms"
-                for step in sorted({a.cost["step_s"] for a in answers})
-            )
-            ranks = ", ".join(str(n) for n in sorted({a.cost["ranks"] for a in answers}))
-            ratio = number(COST_S_PER_S / median, 2)
-            each = number(1e3 * float(np.median(seconds_per_step(points))))
-            cells = [machine, ranks, steps, number(median), reach, each]
-            rows.append([*cells, ratio, str(len(seconds))])
-    heads = ["machine", "processes", "step", "s per simulated s, median", "range"]
+    rows += [
+        [machine, day, *_cost_cells(points)]
+        for (machine, day), points in sorted(groups.items())
+        if seconds_per_second(points)
+    ]
+    heads = ["machine", "begun", "processes", "step", "s per simulated s, median", "range"]
     return table([*heads, "ms per step", "times faster", "runs"], rows)
+
+
+def _cost_cells(points: Sequence[Point]) -> list[str]:
+    """What the runs of a machine and a day took."""
+    answers, seconds = [p.answer for p in points if p.answer], seconds_per_second(points)
+    median = float(np.median(seconds))
+    steps = sorted({a.cost["step_s"] for a in answers})
+    return [
+        ", ".join(str(n) for n in sorted({a.cost["ranks"] for a in answers})),
+        ", ".join(f"{number(1e3 * step, 2)} ms" for step in steps),
+        number(median),
+        f"{number(min(seconds))} to {number(max(seconds))}",
+        number(1e3 * float(np.median(seconds_per_step(points)))),
+        number(COST_S_PER_S / median, 2),
+        str(len(seconds)),
+    ]
 
 
 def _machine_words(point: Point) -> str:
