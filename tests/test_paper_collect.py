@@ -172,6 +172,11 @@ class TestWhatWasStoredBefore:
         assert found[0].answer.flow_m3_s["entrance"].mean == 3e-6
         assert found[1].answer is None
 
+    def test_it_is_kept_until_its_run_is_finished_again(self, plan, tmp_path):
+        (tmp_path / plan.points[0].run).mkdir()
+        found = collect_points(plan, tmp_path, self.known(plan))
+        assert found[0].answer.flow_m3_s["entrance"].mean == 3e-6
+
     def test_a_run_wins_over_it(self, plan, tmp_path):
         finish(tmp_path / plan.points[0].run)
         found = collect_points(plan, tmp_path, self.known(plan))

@@ -42,8 +42,8 @@ def collect(runs: Path, earlier: Stored | None = None) -> Stored:
     runs
         The folder of all runs.
     earlier
-        What was stored before: a point whose run is not in that folder keeps what is known of it,
-        as long as it is the same scene.
+        What was stored before: a point whose run is not in that folder, or is not finished there,
+        keeps what is known of it, as long as it is the same scene.
     """
     known = {} if earlier is None else {p.scene_sha256: p for p in earlier.points()}
     found = {}
@@ -64,8 +64,8 @@ def collect_points(
     for planned in plan.points:
         new = _point(plan, planned, states[planned.run], RunDirectory(runs / planned.run))
         old = (known or {}).get(new.scene_sha256)
-        keeps = old is not None and old.answer is not None and not (runs / planned.run).exists()
-        points.append(old if keeps and old is not None else new)
+        waits = new.state == "unfinished"
+        points.append(old if waits and old is not None and old.answer is not None else new)
     return tuple(points)
 
 
