@@ -8,10 +8,13 @@ from paper_results import answer, as_free_flight, linear, point, power_law, ship
 from liggghts_driver.paper import answers, explain
 from liggghts_driver.paper.catalogue import ALL_GRADIENTS, GRADIENT, MAIN, READINGS
 from liggghts_driver.paper.cost import cost_sentence
+from liggghts_driver.paper.law import example, scene_of
 from liggghts_driver.paper.stored import Stored
 from liggghts_driver.paper.validity import validity_answer
+from liggghts_driver.paper.varied import FRACTION, POROSITY
 from liggghts_driver.paper.verdict import reading_answer
 from liggghts_driver.paper.words import NOT_RUN
+from liggghts_driver.prediction import darcy_inputs
 
 
 class TestAnswers:
@@ -175,6 +178,17 @@ class TestAnswers:
             "v_p = 0.1",
             "v_p = 0.15",
             "v_p = 0.25",
+            "v_2 = 0.45",
+            "v_2 = 0.5",
         ]
         # Eq. 6 is accurate up to 0.15.
-        assert ["not to hold" in sentence for sentence in found] == [False, False, True]
+        assert ["not to hold" in sentence for sentence in found] == [False, False, True] + [
+            False
+        ] * 2
+
+    def test_what_is_varied_is_what_the_scenes_have(self):
+        """And nothing else of the law's inputs."""
+        for varied in (FRACTION, POROSITY):
+            for value, reading in varied.readings.items():
+                scene = scene_of(reading.sweep, {**reading.values, GRADIENT: 10.0})
+                assert varied.put(darcy_inputs(example()), value) == darcy_inputs(scene)

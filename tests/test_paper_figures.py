@@ -83,6 +83,13 @@ class TestFigures:
         neighbours = (8, 4, 2)  # of the gradients of each series
         assert len(marks) == sum(neighbours)
 
+    def test_what_was_simulated_stands_on_the_charts(self):
+        """The particle fraction and the porosity; a point for each section and value."""
+        panels = painted("paper-what-if", linear()).axes
+        places = [sorted({bars.lines[0].get_xdata()[0] for bars in a.containers}) for a in panels]
+        assert places == [[0.1, 0.15, 0.25], [0.45, 0.5], [], []]
+        assert [len(axes.containers) for axes in panels[:2]] == [6, 4]
+
     def test_friction_is_drawn_with_the_packings_that_all_have(self):
         def rule(sweep, values, replicate):
             if sweep == "friction" and (replicate > 1 or values["contact.friction"] == 0.5):

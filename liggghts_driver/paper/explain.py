@@ -9,12 +9,11 @@ import numpy as np
 from liggghts_driver.paper import law
 from liggghts_driver.paper.answers import FLOW_UNIT, SECTIONS
 from liggghts_driver.paper.catalogue import FRICTIONS, MAIN, READINGS, TABLE_READINGS
-from liggghts_driver.paper.figure_charts import fraction_points
 from liggghts_driver.paper.pooled import by_gradient, flow, of_reading, velocity
 from liggghts_driver.paper.printed import MAIN_GRADIENT_PA_M, ROWS
+from liggghts_driver.paper.varied import FRACTION, POROSITY
 from liggghts_driver.paper.words import NOT_RUN, by_kind, capital, cell, judge
 from liggghts_driver.physics.spheres import sphere_volume_m3
-from liggghts_driver.prediction import predict
 from liggghts_driver.report.numbers import decimals_for, fixed, number
 from liggghts_driver.studies.paired import paired_change
 
@@ -23,6 +22,7 @@ if TYPE_CHECKING:
 
     from liggghts_driver.paper.catalogue import Reading
     from liggghts_driver.paper.stored import Answer, Point, Stored
+    from liggghts_driver.paper.varied import Varied
     from liggghts_driver.studies.paired import Change
 
 #: A flow below this share of that without friction has come to a stop.
@@ -172,20 +172,22 @@ def is_stopped(change: Change) -> bool:
 
 
 def what_if_answer(stored: Stored) -> list[str]:
-    """Simulated flow rates beside the law's where the particle fraction varies."""
-    sentences = []
-    base = law.example()
-    found = {section: fraction_points(stored, section) for section in SECTIONS}
-    for fraction in sorted({each for points in found.values() for each in points}):
-        changed = base.particles.model_copy(update={"volume_fraction": fraction})
-        scene = base.model_copy(update={"particles": changed})
-        estimate = predict(scene)
-        expected = float(np.asarray(estimate.particle_flow_rate_m3_s))
-        outside = "" if estimate.valid else ", where it is said not to hold"
-        told = [
-            f"{section}, {cell(points.get(fraction), FLOW_UNIT)}, "
-            f"{judge(points.get(fraction), expected, FLOW_UNIT).words}"
-            for section, points in found.items()
-        ]
-        sentences.append(f"v_p = {fraction:g}, held against the law{outside}: {'; '.join(told)}.")
+    """Simulated flow rates beside the law's, where an input of the law was varied in both."""
+    sentences = [
+        _beside_the_law(stored, varied, value)
+        for varied in (FRACTION, POROSITY)
+        for value in sorted(set().union(*(varied.flows(stored, s) for s in SECTIONS)))
+    ]
     return sentences or [f"{capital(NOT_RUN)}."]
+
+
+def _beside_the_law(stored: Stored, varied: Varied, value: float) -> str:
+    law_at = varied.estimate(value)
+    expected = float(np.asarray(law_at.particle_flow_rate_m3_s))
+    outside = "" if law_at.valid else ", where it is said not to hold"
+    told = []
+    for section in SECTIONS:
+        pooled = varied.flows(stored, section).get(value)
+        judged = judge(pooled, expected, FLOW_UNIT).words
+        told.append(f"{section}, {cell(pooled, FLOW_UNIT)}, {judged}")
+    return f"{varied.symbol} = {value:g}, held against the law{outside}: {'; '.join(told)}."

@@ -16,6 +16,7 @@ from liggghts_driver.paper.figure_marks import face
 from liggghts_driver.paper.figure_volumes import SECTION_COLOURS
 from liggghts_driver.paper.pooled import flow, of_reading
 from liggghts_driver.paper.printed import MAIN_GRADIENT_PA_M, ROWS
+from liggghts_driver.paper.varied import FRACTION, POROSITY
 from liggghts_driver.paper.words import NOT_RUN
 from liggghts_driver.prediction import darcy_inputs
 from liggghts_driver.report.style import DASHED, GREY, INK, PALE
@@ -83,21 +84,8 @@ def _chart(
     return Chart(label, values, flows, valid, own, log)
 
 
-def fraction_points(stored: Stored, section: str) -> dict[float, Pooled]:
-    """Simulated flow rates by the particle fraction of the reservoir."""
-    found = {}
-    for reading in READINGS:
-        fraction = reading.values.get("particles.volume_fraction")
-        if reading is READINGS[0]:
-            fraction = law.example().particles.volume_fraction
-        pooled = flow(of_reading(stored, reading), section)
-        if fraction is not None and pooled is not None:
-            found[float(fraction)] = pooled
-    return dict(sorted(found.items()))
-
-
 def paint_what_if(stored: Stored, figure: Figure) -> None:
-    """Four charts; simulated points in the one whose input was varied in simulations."""
+    """Four charts; simulated points in those whose input was varied in simulations."""
     several = charts()
     grid = figure.subplots(2, 2, sharey=True)
     for axes, chart in zip(grid.flat, several, strict=True):
@@ -107,7 +95,8 @@ def paint_what_if(stored: Stored, figure: Figure) -> None:
         axes.axvline(chart.own, color=GREY, linewidth=0.8)
         axes.set(xlabel=chart.label, xscale="log" if chart.log else "linear")
     for section, colour in SECTION_COLOURS.items():
-        _points(grid[0, 0], fraction_points(stored, section), colour)
+        for axes, varied in zip(grid[0], (FRACTION, POROSITY), strict=True):
+            _points(axes, varied.flows(stored, section), colour)
     grid[0, 0].set(ylim=(0.0, _WIDEST_RATE))
     figure.supylabel("particle flow rate at 10 Pa/m [10⁻⁶ m³/s]", fontsize="medium")
     handles = [
