@@ -42,7 +42,7 @@ def answer(
             name: measured(rate, 0.02 * rate, steady=verdict != "not_steady")
             for name, rate in flows.items()
         },
-        velocity_m_s=measured(velocity_m_s, 0.1 * velocity_m_s),
+        velocity_m_s=measured(velocity_m_s, 0.02 * velocity_m_s),
         velocity_range_m_s=(0.9 * velocity_m_s, 1.1 * velocity_m_s),
         reached_s={"entrance": 1.0, "middle": 12.0 if flows["middle"] else None},
         inside=8000,

@@ -23,8 +23,7 @@ from liggghts_driver.paper.decks import deck_sha256_of
 from liggghts_driver.paper.figure_snapshots import View, paint_snapshots, views
 from liggghts_driver.paper.figures import DRAWINGS, SNAPSHOTS, read_record, results_sha256
 from liggghts_driver.paper.page import render_page
-from liggghts_driver.paper.stored import Stored, read_stored
-from liggghts_driver.paper.words import NOT_RUN
+from liggghts_driver.paper.stored import NOT_RUN, Stored, read_stored
 from liggghts_driver.paper.write import record_file, results_file
 from liggghts_driver.prepare import prepare
 from liggghts_driver.resources import cases_dir

@@ -17,12 +17,12 @@ from liggghts_driver.paper.pooled import (
     flow_from,
     flows_by_gradient,
     local_exponents,
+    missing,
     pool,
-    rates_from,
-    second_half,
     velocity_range,
 )
-from liggghts_driver.paper.words import NOT_RUN, cell, counted, holds, judge, listed, short_cell
+from liggghts_driver.paper.stored import NOT_RUN
+from liggghts_driver.paper.words import any_of, cell, counted, holds, judge, listed, short_cell
 
 #: Rounding of a few operations.
 EXACT = 1e-12
@@ -69,36 +69,28 @@ class TestPooling:
         """Volumes are whole mm3: over 39.5 s at 2000 mm3/s that is 1e-5 of the rate."""
         found = flow_from([point({}, 0, answer(2e-6))], "entrance", 10.0)
         assert found.mean == pytest.approx(2e-6, rel=2e-5)
-
-    def test_a_window_that_is_the_second_half_stays(self):
-        assert second_half(answer(2e-6), "entrance") == measured(2e-6, 0.02 * 2e-6)
-
-    def test_any_other_window_becomes_the_second_half(self):
-        """Nothing up to 25 s, 2000 mm3/s from then on: 1000 over the whole, 2000 over the half."""
-        found = answer(1e-6)
-        volume = [round(max(0.0, 2000.0 * (0.5 * n - 25.0))) for n in range(100)]
-        whole = replace(
-            found,
-            flow_m3_s={"entrance": replace(found.flow_m3_s["entrance"], from_s=0.0)},
-            curves=replace(found.curves, volume_mm3={"entrance": volume}),
-        )
-        half = second_half(whole, "entrance")
-        assert half.mean == pytest.approx(2e-6, rel=EXACT)
-        assert half.from_s == pytest.approx(25.0)
-        assert half.ci95 == pytest.approx(0.0, abs=1e-9)
+        assert found.steady == 1
 
     def test_what_comes_late_is_told(self):
         found = answer(1e-6)
         late = replace(found, reached_s={"entrance": 21.0, "middle": None})
         several = [point({}, 0, found), point({}, 1, late)]
         assert flow(several, "entrance").late == 1
-        assert flow(several, "middle").late == 0
+        assert flow(several, "middle").late == 1  # it flows at the entrance: it may come yet
 
-    def test_rates_of_windows(self):
-        """Volumes are whole mm3: over 5 s at 2000 mm3/s that is 1e-4 of the rate."""
-        found = rates_from([point({}, 0, answer(2e-6))], "entrance", 10.0, 5.0)
-        assert list(found) == [10.0, 15.0, 20.0, 25.0, 30.0, 35.0, 40.0]
-        assert list(found.values()) == pytest.approx([2e-6] * 7, rel=1e-4)
+    def test_packings_that_are_alike_by_chance_are_judged_by_their_time(self):
+        found = pooled(1.0, 1.0, own=0.1)
+        assert found.between == 0.0
+        assert found.interval == pytest.approx(0.1 / math.sqrt(2.0), rel=EXACT)
+        assert pooled(1.0, 3.0, own=0.1).interval == pooled(1.0, 3.0).between
+
+    def test_why_there_is_no_number(self):
+        invalid = point({}, 0, answer(1e-6, verdict="invalid"))
+        failed = replace(point({}), state="failed", why="a made-up failure")
+        assert missing([]) == NOT_RUN
+        assert missing([point({}), invalid]) == NOT_RUN
+        assert missing([failed, invalid]) == "no valid run"
+        assert missing([invalid, point({}, 1, answer(0.0))]) == "nothing flows"
 
     def test_the_range_is_that_of_all_packings(self):
         several = [point({}, n, answer(1e-6, velocity_m_s=v)) for n, v in enumerate((1e-3, 2e-3))]
@@ -126,10 +118,15 @@ class TestExponents:
         flows[10.0] = Pooled(1.0, None, None, {0: 1e9}, 0)
         assert exponent(flows, lambda g: g < 10.0).mean == pytest.approx(1.0, rel=1e-9)
 
-    def test_a_packing_that_lacks_a_gradient_does_not_enter(self):
+    def test_a_gradient_that_lacks_a_packing_does_not_enter(self):
+        """It would else take this packing from all the others."""
         flows = self.flows(1.0, 0.5)
-        flows[10.0] = Pooled(1.0, None, None, {0: 30.0}, 0)
-        assert exponent(flows).values.keys() == {0}
+        flows[10.0] = Pooled(1.0, None, None, {0: 1e9}, 0)
+        assert exponent(flows).values == pytest.approx({0: 1.0, 1: 0.5}, rel=1e-9)
+
+    def test_of_two_gradients_the_packings_enter_that_both_have(self):
+        flows = self.flows(1.0, 0.5, gradients=(5.0,)) | self.flows(1.0, gradients=(10.0,))
+        assert exponent(flows).values == pytest.approx({0: 1.0}, rel=1e-9)
 
     def test_a_gradient_at_which_nothing_flows_does_not_enter(self):
         flows = self.flows(1.0)
@@ -187,6 +184,11 @@ class TestJudgements:
         assert judge(pooled(1.9199, 1.9201), 2.0).kind == "undecided"
         assert judge(pooled(1.7999, 1.8001), 2.0).kind == "differs"
 
+    def test_a_front_that_still_arrives_decides_nothing(self):
+        found = judge(replace(pooled(1.49, 1.5, 1.51), late=1), 2.0)
+        assert found.kind == "arriving"
+        assert found.words == "is 25 % below 2.00, but particles still arrive"
+
     def test_without_a_number_nothing_is_said(self):
         assert judge(None, 1.0).words == NOT_RUN
 
@@ -218,12 +220,21 @@ class TestCells:
         drifting = pool({0: measured(1.0, 0.1), 1: measured(1.0, 0.1, steady=False)})
         assert cell(drifting).endswith("(2) ~")
         assert short_cell(replace(drifting, late=1)).endswith("(2) ~ →")
+        assert short_cell(replace(pooled(2.0), steady=0)) == "2.00 (one packing) ~"
 
     @pytest.mark.parametrize(
         ("items", "text"), [([], ""), (["a"], "a"), (["a", "b"], "a and b"), ("abc", "a, b and c")]
     )
     def test_lists(self, items, text):
         assert listed(items) == text
+
+    def test_one_reading_that_bears_a_claim_out_is_enough(self):
+        assert any_of(["no", "yes", "not run yet"]) == "yes"
+        assert any_of(["no", "in part"]) == "in part"
+        assert any_of(["no", "no"]) == "no"
+        assert any_of(["no", "not decided"]) == "not decided"
+        assert any_of(["no", "not run yet"]) == "not decided"
+        assert any_of(["not run yet"]) == "not run yet"
 
     def test_counts(self):
         assert counted(1, "run") == "1 run"

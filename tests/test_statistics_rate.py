@@ -119,6 +119,15 @@ def test_piled_up_start_is_left_out() -> None:
     assert {rate.steady_to_s for rate in found} == {TIME_S[-1]}
 
 
+def test_the_whole_series_is_judged_where_it_is_asked_for() -> None:
+    """The piled-up start with it: a kink, and the slope from end to end."""
+    volume_m3 = RATE_M3_S * TIME_S + 20.0 * RATE_M3_S * np.minimum(TIME_S, 0.2 * TIME_S[-1])
+    part, whole = (flow_rate(TIME_S, volume_m3, whole=each) for each in (False, True))
+    assert (part.steady, whole.steady) == (True, False)
+    assert (part.mean_m3_s, whole.steady_from_s) == (pytest.approx(RATE_M3_S), 0.0)
+    assert whole.mean_m3_s > 2.0 * RATE_M3_S
+
+
 @pytest.mark.parametrize("quantum_m3", [0.0, PARTICLE_M3])
 def test_straight_line_is_exact_up_to_the_quantum(quantum_m3: float) -> None:
     rate = flow_rate(TIME_S + 7.0, 3e-5 + RATE_M3_S * TIME_S, quantum_m3)

@@ -3,16 +3,17 @@
 from __future__ import annotations
 
 from collections import Counter
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Literal
 
 from liggghts_driver.paper import law
-from liggghts_driver.paper.answers import SECTIONS
 from liggghts_driver.paper.catalogue import TABLE_READINGS
 from liggghts_driver.paper.pooled import by_gradient, flow, velocity
-from liggghts_driver.paper.printed import ROWS, TABLE_1
+from liggghts_driver.paper.printed import ROWS, SECTIONS, TABLE_1
+from liggghts_driver.paper.stored import NOT_RUN
+from liggghts_driver.paper.windows import second_half
 from liggghts_driver.paper.words import (
     DRIFTS,
-    NOT_RUN,
+    SETTINGS_ERROR,
     capital,
     counted,
     judge,
@@ -27,9 +28,10 @@ if TYPE_CHECKING:
     from liggghts_driver.paper.catalogue import Series
     from liggghts_driver.paper.pooled import Pooled
     from liggghts_driver.paper.stored import Stored
+    from liggghts_driver.paper.words import Kind
 
 #: What becomes of the flow rates of Table 1.
-_KINDS = {
+_KINDS: dict[Kind, str] = {
     "agrees": "within our interval",
     "differs": "outside",
     "undecided": "not decided",
@@ -38,9 +40,7 @@ _KINDS = {
     "unknown": "not known yet",
 }
 #: How a mean velocity lies to a printed range.
-_WITHIN, _COMPATIBLE = "in the paper's range", "compatible with it within our interval"
-_BELOW, _ABOVE = "below the paper's range", "above the paper's range"
-AS_THE_PAPER, NOT_AS_THE_PAPER = (_WITHIN, _COMPATIBLE), (_BELOW, _ABOVE)
+Side = Literal["in the range", "below it", "above it", "not told from it", "one packing"]
 
 
 def flow_agreement(stored: Stored) -> Iterator[str]:
@@ -49,7 +49,7 @@ def flow_agreement(stored: Stored) -> Iterator[str]:
     for reading in TABLE_READINGS:
         points = by_gradient(stored, reading)
         kinds = Counter(
-            _kind(flow(points.get(row.gradient_pa_m, []), section), row.flow_m3_s(section))
+            judge(flow(points.get(row.gradient_pa_m, []), section), row.flow_m3_s(section)).kind
             for row in TABLE_1
             for section in SECTIONS
         )
@@ -63,12 +63,8 @@ def flow_agreement(stored: Stored) -> Iterator[str]:
         )
 
 
-def _kind(pooled: Pooled | None, printed: float) -> str:
-    return "arriving" if pooled and pooled.late else judge(pooled, printed).kind
-
-
 def _steady(stored: Stored) -> Iterator[str]:
-    rates = [r for p in stored.points() if p.sound for r in p.sound.flow_m3_s.values()]
+    rates = [second_half(p.sound, name) for p in stored.points() if p.sound for name in SECTIONS]
     if rates:
         yield (
             f"{sum(rate.steady for rate in rates)} of {counted(len(rates), 'flow rate')} of single "
@@ -79,47 +75,56 @@ def _steady(stored: Stored) -> Iterator[str]:
 def velocity_agreement(stored: Stored) -> Iterator[str]:
     """How our mean velocity, with its interval, lies to the paper's range."""
     for reading in TABLE_READINGS:
-        words = velocity_words(velocity_kinds(stored, reading))
+        words = velocity_words(velocity_sides(stored, reading))
         if words:
-            yield f"{capital(reading.title)}: the mean velocity is {words}."
+            start = f"{capital(reading.title)}: beside the paper's range, the mean velocity is"
+            yield f"{start} {words}."
         yield from _pushed(stored, reading)
 
 
-def velocity_kinds(stored: Stored, series: Series) -> dict[str, list[str]]:
+def velocity_sides(stored: Stored, series: Series) -> dict[Side, list[str]]:
     """How the mean velocity lies to the paper's range, each with the gradients where it does so."""
-    kinds: dict[str, list[str]] = {}
+    sides: dict[Side, list[str]] = {}
     for gradient, points in by_gradient(stored, series).items():
         mean = velocity(points)
         if mean is not None and gradient in ROWS:
-            kind = _to_range(mean, ROWS[gradient].velocity_m_s)
-            kinds.setdefault(kind, []).append(f"{gradient:g}")
-    return kinds
+            side = _beside(mean, ROWS[gradient].velocity_m_s)
+            sides.setdefault(side, []).append(f"{gradient:g}")
+    return sides
 
 
-def velocity_words(kinds: dict[str, list[str]]) -> str:
+def velocity_words(sides: dict[Side, list[str]]) -> str:
     """The same in words."""
-    return listed([f"{kind} at {listed(some)} Pa/m" for kind, some in kinds.items()])
+    told = {"one packing": "known from one packing alone"}
+    return listed([f"{told.get(s, s)} at {listed(some)} Pa/m" for s, some in sides.items()])
 
 
-def _to_range(mean: Pooled, printed: tuple[float, float]) -> str:
-    """Where the interval of a velocity lies beside a printed range; one packing decides nothing."""
-    if mean.between is None:
-        return "known from one packing alone"
-    low, high = mean.mean - mean.between, mean.mean + mean.between
+def _beside(mean: Pooled, printed: tuple[float, float]) -> Side:
+    """Where the interval of a velocity lies beside a printed range; one packing decides nothing.
+
+    What the settings may be off can explain a difference, as for flow rates.
+    """
+    half = mean.interval
+    if half is None:
+        return "one packing"
+    low, high = mean.mean - half, mean.mean + half
     if printed[0] <= low and high <= printed[1]:
-        return _WITHIN
-    if high < printed[0]:
-        return _BELOW
-    return _ABOVE if low > printed[1] else _COMPATIBLE
+        return "in the range"
+    off = SETTINGS_ERROR * mean.mean
+    if high + off < printed[0]:
+        return "below it"
+    return "above it" if low - off > printed[1] else "not told from it"
 
 
 def _pushed(stored: Stored, reading: Series) -> Iterator[str]:
-    """Where particles go as fast among grains as a lone one without any: that takes a push."""
+    """Where particles go faster among grains than a lone one without any: that takes a push."""
     for gradient, points in by_gradient(stored, reading).items():
         mean, free = velocity(points), law.free_flight_m_s(gradient)
-        if mean is not None and mean.packings > 1 and mean.mean > free:
+        if mean is not None and mean.interval is not None and mean.mean - mean.interval > free:
             yield (
-                f"At {gradient:g} Pa/m the mean velocity, {short_cell(mean, 1e-3)} mm/s, is not "
-                f"below that of free flight, {number(1e3 * free)} mm/s, although grains stand in "
-                "the way: something pushes from behind."
+                f"{capital(reading.title)}: at {gradient:g} Pa/m the mean velocity, "
+                f"{short_cell(mean, 1e-3)} mm/s, is above that of free flight, "
+                f"{number(1e3 * free)} mm/s, although grains stand in the way: something pushes "
+                "from behind. (It is that of the flowing particles; those that are held do not "
+                "count.)"
             )

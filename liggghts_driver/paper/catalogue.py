@@ -24,7 +24,7 @@ SWEEPS = (
     "piston_follows",
     "viscous",
 )
-GRADIENT = "pressure.gradient"
+GRADIENT, FRACTION = "pressure.gradient", "particles.volume_fraction"
 
 
 def sweep_file(name: str) -> Path:
@@ -75,30 +75,34 @@ ALL_GRADIENTS = Series(MAIN.name, MAIN.title, {"gradient": (), "more_gradients":
 class Reading:
     """A reading at the paper's main gradient: where its points are, and what it is called.
 
-    ``beside`` is what it differs from in one thing alone; None for the first of the readings.
+    ``beside`` is what it differs from in one thing alone; None for the first of the readings. A
+    ``control`` is none of what the paper may mean: something else is held against it.
     """
 
     title: str
     sweep: str
     values: Mapping[str, Any]
     beside: Reading | None = None
+    control: bool = False
 
 
+FIRST = Reading("fluid outside with the piston", "gradient", {GRADIENT: 10.0})
+AS_PRINTED = Reading("outside v_f = a t, for ever", "outside_fluid", {GRADIENT: 10.0}, FIRST)
 #: What whole grains are held against: cut ones at the fraction at which whole ones fit.
-CUT_AT_HALF = Reading("cut grains (0.50)", "grains", {"specimen.cut": "bulk"})
+CUT_AT_HALF = Reading("cut grains (0.50)", "grains", {"specimen.cut": "bulk"}, FIRST, control=True)
 READINGS = (
-    Reading("fluid outside with the piston", "gradient", {GRADIENT: 10.0}),
-    Reading("outside v_f = a t, for ever", "outside_fluid", {GRADIENT: 10.0}),
-    Reading("exit open", "exit", {"specimen.exit": "open"}),
-    Reading("piston of 2.15 kg", "piston_mass", {"piston.mass": 2.15}),
-    Reading("piston of 0.215 kg", "piston_mass", {"piston.mass": 0.215}),
+    FIRST,
+    AS_PRINTED,
+    Reading("exit open", "exit", {"specimen.exit": "open"}, FIRST),
+    Reading("piston of 2.15 kg", "piston_mass", {"piston.mass": 2.15}, FIRST),
+    Reading("piston of 0.215 kg", "piston_mass", {"piston.mass": 0.215}, FIRST),
     Reading("whole grains inside (0.50)", "grains", {"specimen.cut": "inside"}, CUT_AT_HALF),
     CUT_AT_HALF,
-    Reading("reservoir of 0.31 m (v_p = 0.10)", "reservoir", {"particles.volume_fraction": 0.10}),
-    Reading("reservoir of 0.12 m (v_p = 0.25)", "reservoir", {"particles.volume_fraction": 0.25}),
+    Reading("reservoir of 0.31 m (v_p = 0.10)", "reservoir", {FRACTION: 0.10}, FIRST),
+    Reading("reservoir of 0.12 m (v_p = 0.25)", "reservoir", {FRACTION: 0.25}, FIRST),
 )
 #: Friction is no reading of Table 1, which has none: Fig. 6.
 FRICTIONS = tuple(
-    Reading(f"friction {value:g}", "friction", {"contact.friction": value})
+    Reading(f"friction {value:g}", "friction", {"contact.friction": value}, FIRST)
     for value in (0.1, 0.2, 0.5)
 )

@@ -2,41 +2,57 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from liggghts_driver.paper.agreement import (
-    AS_THE_PAPER,
-    NOT_AS_THE_PAPER,
-    velocity_kinds,
-    velocity_words,
-)
-from liggghts_driver.paper.answers import (
-    FLOW_UNIT,
-    SECTIONS,
-    kind_of_power,
-    power_of,
-    steady_count,
-)
-from liggghts_driver.paper.catalogue import FRICTIONS, MAIN, TABLE_READINGS
-from liggghts_driver.paper.explain import change_of, change_words, is_stopped
-from liggghts_driver.paper.pooled import by_gradient, flow, flows_by_gradient
-from liggghts_driver.paper.printed import MAIN_GRADIENT_PA_M, ROWS, STEADY_FROM_S
-from liggghts_driver.paper.validity import follows_the_law, sides_words
-from liggghts_driver.paper.verdict import reading_verdict
-from liggghts_driver.paper.words import NOT_RUN, counted, listed, short_cell
+from liggghts_driver.paper.agreement import velocity_sides, velocity_words
+from liggghts_driver.paper.catalogue import FOLLOWS, TABLE_READINGS
+from liggghts_driver.paper.friction import obstruction
+from liggghts_driver.paper.pooled import by_gradient, flow, flows_by_gradient, missing
+from liggghts_driver.paper.power import free_flight, kind_of_power, power_of
+from liggghts_driver.paper.printed import MAIN_GRADIENT_PA_M, ROWS, SECTIONS, STEADY_FROM_S
+from liggghts_driver.paper.validity import course_of, sides_words
+from liggghts_driver.paper.verdict import reading_verdicts
+from liggghts_driver.paper.windows import steady_since
+from liggghts_driver.paper.words import FLOW_UNIT, any_of, counted, listed, short_cell
 from liggghts_driver.report.numbers import number
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
+    from collections.abc import Callable, Iterable, Sequence
 
-    from liggghts_driver.paper.stored import Stored
+    from liggghts_driver.paper.catalogue import Series
+    from liggghts_driver.paper.power import PowerKind
+    from liggghts_driver.paper.stored import Answer, Point, Stored
+    from liggghts_driver.paper.validity import Course
     from liggghts_driver.paper.words import Verdict
+
+    #: What a reading gives, in words, and whether it bears the claim out.
+    Finding = tuple[str, Verdict]
+
+_OF_POWER: dict[PowerKind, Verdict] = {
+    "proportional": "yes", "other": "no", "not told": "not decided", "one packing": "not decided",
+}  # fmt: skip
+_OF_COURSE: dict[Course, Verdict] = {
+    "followed": "yes", "farther": "in part", "left": "no", "not told": "not decided",
+}  # fmt: skip
+
+
+#: What is said of one reading, and of several.
+_COUNTED: dict[Verdict, tuple[str, str]] = {
+    "yes": ("agrees", "agree"),
+    "no": ("differs", "differ"),
+    "not decided": ("is not decided", "are not decided"),
+    "not run yet": ("has not run", "have not run"),
+}
 
 
 @dataclass(frozen=True)
 class Claim:
-    """What the paper says, what our runs give, and whether what it says holds for them."""
+    """What the paper says, what our runs give, and whether some reading of the paper bears it out.
+
+    One reading that does is enough; "no" takes all readings, each with several packings.
+    """
 
     words: str
     found: str
@@ -45,119 +61,123 @@ class Claim:
 
 def claims(stored: Stored) -> list[Claim]:
     """The claims that the runs can judge."""
+    ten, steady_from = f"At {MAIN_GRADIENT_PA_M:g} Pa/m", f"{STEADY_FROM_S:g} s"
+    asked = [number(ROWS[MAIN_GRADIENT_PA_M].flow_m3_s(name) / FLOW_UNIT) for name in SECTIONS]
+    where = listed(SECTIONS)
     return [
-        _flows(stored),
-        _steady(stored),
-        _power(stored),
-        _law(stored),
-        _velocities(stored),
-        _friction(stored),
+        _flows(stored, f"{ten} {listed(asked)} × 10⁻⁶ m³/s of particles pass {where}"),
+        _of(stored, f"{ten} both flows are steady from about {steady_from} on", _steady),
+        _of(
+            stored,
+            f"Up to {MAIN_GRADIENT_PA_M:g} Pa/m the flow rate goes with the gradient (power 1)",
+            _power,
+            (*TABLE_READINGS, FOLLOWS),
+        ),
+        _of(stored, "The law gives the flow rate up to Re of about 10, and not beyond", _law),
+        _of(stored, "The velocity of the flowing particles is in the ranges of Table 1", _velocity),
+        Claim("Friction may obstruct the entrance", *obstruction(stored)),
     ]
 
 
-def _flows(stored: Stored) -> Claim:
-    printed = ROWS[MAIN_GRADIENT_PA_M]
-    asked = listed([number(printed.flow_m3_s(name) / FLOW_UNIT) for name in SECTIONS])
+def _of(
+    stored: Stored,
+    words: str,
+    finds: Callable[[Stored, Series], Finding],
+    several: Iterable[Series] = TABLE_READINGS,
+) -> Claim:
+    """A claim held against several readings."""
+    found = {series.name: finds(stored, series) for series in several}
+    told = "; ".join(f"{name}: {words}" for name, (words, _) in found.items())
+    return Claim(words, told, any_of(verdict for _, verdict in found.values()))
+
+
+def _flows(stored: Stored, words: str) -> Claim:
+    """Those of the readings of the outside fluid are told, of the others how many agree."""
     told = []
     for series in TABLE_READINGS:
-        points = by_gradient(stored, series).get(MAIN_GRADIENT_PA_M, [])
-        rates = [short_cell(flow(points, name), FLOW_UNIT) for name in SECTIONS]
-        told.append(f"{series.name}: {listed(rates)}")
-    return Claim(
-        f"At {MAIN_GRADIENT_PA_M:g} Pa/m {asked} × 10⁻⁶ m³/s of particles pass {listed(SECTIONS)}",
-        "; ".join(told),
-        reading_verdict(stored),
-    )
+        points = _at_ten(stored, series)
+        rates = [short_cell(flow(points, s), FLOW_UNIT, missing(points)) for s in SECTIONS]
+        told.append(f"{series.name}: {' and '.join(dict.fromkeys(rates))}")
+    verdicts = reading_verdicts(stored)
+    counts = Counter(verdicts)
+    parts = [
+        f"{counts[verdict]} {one if counts[verdict] == 1 else more}"
+        for verdict, (one, more) in _COUNTED.items()
+        if counts[verdict]
+    ]
+    told.append(f"of {counted(len(verdicts), 'reading')}, {listed(parts)}")
+    return Claim(words, "; ".join(told), any_of(verdicts))
 
 
-def _steady(stored: Stored) -> Claim:
-    when = f"from about {STEADY_FROM_S:g} s on"
-    words = f"At {MAIN_GRADIENT_PA_M:g} Pa/m both flows are steady {when}"
-    points = by_gradient(stored, MAIN).get(MAIN_GRADIENT_PA_M, [])
+def _at_ten(stored: Stored, series: Series) -> list[Point]:
+    return by_gradient(stored, series).get(MAIN_GRADIENT_PA_M, [])
+
+
+def _steady(stored: Stored, series: Series) -> Finding:
+    """Whether both flows are, from the paper's instant to the end of the run."""
+    points = _at_ten(stored, series)
     answers = [p.sound for p in points if p.sound is not None]
     if not answers:
-        return Claim(words, NOT_RUN, "not run yet")
-    counts = {name: steady_count(answers, name) for name in SECTIONS}
-    times = [a.reached_s["middle"] for a in answers]
-    early = [time_s is not None and time_s < STEADY_FROM_S for time_s in times]
-    known = [time_s for time_s in times if time_s is not None]
-    first = f"after {number(min(known))} s" if known else "not within the run"
+        return missing(points), "not run yet"
+    counts = {s: sum(steady_since(a, s, STEADY_FROM_S) for a in answers) for s in SECTIONS}
     told = listed([f"in {count} at the {name}" for name, count in counts.items()])
-    found = (
-        f"of {counted(len(answers), 'packing')}, over the second half, steady {told}; "
-        f"the first particle passes the middle {first}"
+    words = (
+        f"of {counted(len(answers), 'packing')}, steady from then on {told}; the first particle "
+        f"passes the middle {_first_arrival(answers)}"
     )
     if len(answers) < 2:
-        return Claim(words, found, "not decided")
-    everywhere = all(early) and set(counts.values()) == {len(answers)}
-    nowhere = not any(early) or 0 in counts.values()
-    return Claim(words, found, "yes" if everywhere else "no" if nowhere else "in part")
+        return words, "not decided"
+    if set(counts.values()) == {len(answers)}:
+        return words, "yes"
+    return words, "no" if 0 in counts.values() else "in part"
 
 
-def _power(stored: Stored) -> Claim:
-    told, kinds = [], []
-    for series in TABLE_READINGS:
-        powers = {name: power_of(stored, series, name) for name in SECTIONS}
-        words = listed([f"{short_cell(p)} at the {name}" for name, p in powers.items() if p])
-        told.append(f"{series.name}: power {words}" if words else f"{series.name}: {NOT_RUN}")
-        kinds += [kind_of_power(p) for p in powers.values() if p is not None]
-    return Claim(
-        f"Up to {MAIN_GRADIENT_PA_M:g} Pa/m the flow rate goes with the gradient (power 1)",
-        "; ".join(told),
-        _all_of(kinds, yes={"proportional"}, no={"other"}),
-    )
+def _first_arrival(answers: Sequence[Answer]) -> str:
+    known = [a.reached_s["middle"] for a in answers if a.reached_s["middle"] is not None]
+    return f"after {number(min(known))} s" if known else "not within the run"
 
 
-def _law(stored: Stored) -> Claim:
-    told, kinds = [], []
-    for name in SECTIONS:
-        flows = flows_by_gradient(stored, MAIN, name)
-        told.append(f"{name}: {sides_words(flows)}" if flows else f"{name}: {NOT_RUN}")
-        if flows:
-            kinds.append(follows_the_law(flows))
-    return Claim(
-        "The law gives the flow rate up to Re of about 10, between 10 and 20 Pa/m",
-        "; ".join(told),
-        _all_of(kinds, yes={"followed"}, no={"left"}),
-    )
+def _power(stored: Stored, series: Series) -> Finding:
+    """Whether the flow goes with the gradient, past both sections."""
+    powers = {name: power_of(stored, series, name) for name in SECTIONS}
+    known = {name: power for name, power in powers.items() if power is not None}
+    if not known:
+        points = [p for some in by_gradient(stored, series).values() for p in some]
+        ran = any(point.sound for point in points)
+        words = "no power to be fitted" if ran else missing(points)
+        return words, "not decided" if ran else "not run yet"
+    kinds = [kind_of_power(power, free_flight(series)) for power in known.values()]
+    words = listed([f"{short_cell(power)} at the {name}" for name, power in known.items()])
+    return f"power {words}", _both(_OF_POWER[kind] for kind in kinds)
 
 
-def _velocities(stored: Stored) -> Claim:
-    told, kinds = [], []
-    for series in TABLE_READINGS:
-        found = velocity_kinds(stored, series)
-        told.append(f"{series.name}: {velocity_words(found) or NOT_RUN}")
-        kinds += [kind for kind, some in found.items() for _ in some]
-    return Claim(
-        "The mean velocity of the flowing particles is within the ranges of Table 1",
-        "; ".join(told),
-        _all_of(kinds, yes=set(AS_THE_PAPER), no=set(NOT_AS_THE_PAPER)),
-    )
+def _law(stored: Stored, series: Series) -> Finding:
+    """Whether the flow follows the law's line as far as it is said to, past both sections."""
+    several = {name: flows_by_gradient(stored, series, name) for name in SECTIONS}
+    known = {name: flows for name, flows in several.items() if flows}
+    if not known:
+        points = [p for some in by_gradient(stored, series).values() for p in some]
+        return missing(points), "not run yet"
+    words = listed([f"{name}, {sides_words(flows)}" for name, flows in known.items()])
+    return words, _both(_OF_COURSE[course_of(flows)] for flows in known.values())
 
 
-def _friction(stored: Stored) -> Claim:
-    changes = {each.title: change_of(stored, each, "entrance") for each in FRICTIONS}
-    known = {title: change for title, change in changes.items() if change is not None}
-    kinds = [
-        "one packing" if change.ci95 is None else "stopped" if is_stopped(change) else "flows"
-        for change in known.values()
-    ]
-    told = [f"{title}: {change_words(change)}" for title, change in known.items()]
-    return Claim(
-        "Friction may obstruct the entrance",
-        "; ".join(told) or NOT_RUN,
-        "yes" if "stopped" in kinds else _all_of(kinds, yes=set(), no={"flows"}),
-    )
+def _velocity(stored: Stored, series: Series) -> Finding:
+    """Whether the mean velocity is in the paper's range at its gradients."""
+    sides = velocity_sides(stored, series)
+    if not sides:
+        points = [p for some in by_gradient(stored, series).values() for p in some]
+        return missing(points), "not run yet"
+    of_side: dict[str, Verdict] = {"in the range": "yes", "below it": "no", "above it": "no"}
+    verdicts = [of_side.get(side, "not decided") for side, some in sides.items() for _ in some]
+    return velocity_words(sides), _both(verdicts)
 
 
-def _all_of(kinds: Iterable[str], yes: set[str], no: set[str]) -> Verdict:
-    """What several findings make together; what is of neither kind decides nothing."""
-    found = list(kinds)
-    if not found:
-        return "not run yet"
-    for_it, against = (sum(kind in some for kind in found) for some in (yes, no))
-    if for_it and against:
-        return "in part"
-    if against:
-        return "no"
-    return "yes" if for_it == len(found) else "not decided"
+def _both(verdicts: Iterable[Verdict]) -> Verdict:
+    """What holds past both sections, or at all gradients: a part of it only is "in part"."""
+    found = set(verdicts)
+    if len(found) == 1:
+        return found.pop()
+    if "no" in found:
+        return "in part" if {"yes", "in part"} & found else "no"
+    return "not decided"

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import platform
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -14,7 +15,15 @@ from liggghts_driver.identity import scene_hash
 from liggghts_driver.machine import this_machine
 from liggghts_driver.paper.catalogue import SWEEPS, sweep_file
 from liggghts_driver.paper.decks import deck_sha256_in
-from liggghts_driver.paper.stored import Answer, Curves, Measured, Point, Stored, SweepResults
+from liggghts_driver.paper.stored import (
+    NOT_RUN,
+    Answer,
+    Curves,
+    Measured,
+    Point,
+    Stored,
+    SweepResults,
+)
 from liggghts_driver.rundir import RunDirectory
 from liggghts_driver.sweeps.model import read_sweep
 from liggghts_driver.sweeps.plan import make_plan
@@ -65,7 +74,9 @@ def collect_points(
         new = _point(plan, planned, states[planned.run], RunDirectory(runs / planned.run))
         old = (known or {}).get(new.scene_sha256)
         waits = new.state == "unfinished"
-        points.append(old if waits and old is not None and old.answer is not None else new)
+        if waits and old is not None and old.answer is not None:
+            new = replace(new, state=old.state, why=old.why, answer=old.answer)
+        points.append(new)
     return tuple(points)
 
 
@@ -83,10 +94,10 @@ def _point(plan: Plan, planned: PlannedPoint, state: RunState, run: RunDirectory
         return Point(**shared, state="failed", why=state.reason)
     if state.state != "done":
         begun = run.state.exists()
-        return Point(**shared, why="not finished yet" if begun else "not run yet")
+        return Point(**shared, why="not finished yet" if begun else NOT_RUN)
     try:
         return Point(**shared, state="done", why="", answer=_answer(run))
-    except (OSError, ValueError, KeyError, ParseError) as error:
+    except (OSError, ValueError, LookupError, ParseError) as error:
         why = f"its answer cannot be read ({type(error).__name__}: {error})"
         return Point(**shared, state="failed", why=why)
 

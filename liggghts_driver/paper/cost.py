@@ -6,10 +6,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from liggghts_driver.paper.pooled import seconds_per_second, seconds_per_step
 from liggghts_driver.paper.printed import COST_S_PER_S, STEP_S
+from liggghts_driver.paper.stored import NOT_RUN
 from liggghts_driver.paper.tables import table
-from liggghts_driver.paper.words import NOT_RUN, capital, counted, listed
+from liggghts_driver.paper.words import capital, counted, listed
 from liggghts_driver.report.numbers import NONE, number
 
 if TYPE_CHECKING:
@@ -21,21 +21,33 @@ if TYPE_CHECKING:
 def cost_sentence(stored: Stored) -> str:
     """The time for a simulated second of all runs, beside the paper's."""
     points = [point for point in stored.points() if point.answer is not None]
-    known = seconds_per_second(points)
+    known = _seconds_per_second(points)
     if not known:
         return f"{capital(NOT_RUN)}."
-    steps = [1e3 * each for each in seconds_per_step(points)]
+    steps = [1e3 * each for each in _seconds_per_step(points)]
     printed = 1e3 * COST_S_PER_S * STEP_S
-    longer = np.divide(seconds_per_step(points), known) / STEP_S
+    longer = np.median([p.answer.cost["step_s"] for p in points if p.answer]) / STEP_S
     machines = listed(sorted({_machine_words(point) for point in points}))
     return (
         f"A simulated second takes {_middle_and_reach(known)} s of processor time "
         f"({counted(len(known), 'run')} on one core each; {machines}), where the paper says 0.06 h "
         f"= {COST_S_PER_S:g} s: {_less(known, COST_S_PER_S)}, of which "
-        f"{number(float(np.median(longer)), 2)} by a longer step. A step takes "
+        f"{number(float(longer), 2)} by a longer step. A step takes "
         f"{_middle_and_reach(steps)} ms, the paper's {number(printed, 2)} ms: "
         f"{_less(steps, printed)}."
     )
+
+
+def _seconds_per_second(points: Sequence[Point]) -> list[float]:
+    """Processor time for a simulated second of each run whose time is known."""
+    costs = [point.answer.cost for point in points if point.answer is not None]
+    return [cost["cpu_s"] / cost["simulated_s"] for cost in costs if cost["cpu_s"]]
+
+
+def _seconds_per_step(points: Sequence[Point]) -> list[float]:
+    """Processor time for a step of each run whose time is known."""
+    costs = [point.answer.cost for point in points if point.answer is not None]
+    return [c["cpu_s"] / c["simulated_s"] * c["step_s"] for c in costs if c["cpu_s"]]
 
 
 def _middle_and_reach(values: Sequence[float]) -> str:
@@ -62,7 +74,7 @@ def cost_table(stored: Stored) -> str:
     rows += [
         [machine, day, *_cost_cells(points)]
         for (machine, day), points in sorted(groups.items())
-        if seconds_per_second(points)
+        if _seconds_per_second(points)
     ]
     heads = ["machine", "begun", "processes", "step", "s per simulated s, median", "range"]
     return table([*heads, "ms per step", "times faster", "runs"], rows)
@@ -70,7 +82,7 @@ def cost_table(stored: Stored) -> str:
 
 def _cost_cells(points: Sequence[Point]) -> list[str]:
     """What the runs of a machine and a day took."""
-    answers, seconds = [p.answer for p in points if p.answer], seconds_per_second(points)
+    answers, seconds = [p.answer for p in points if p.answer], _seconds_per_second(points)
     median = float(np.median(seconds))
     steps = sorted({a.cost["step_s"] for a in answers})
     return [
@@ -78,7 +90,7 @@ def _cost_cells(points: Sequence[Point]) -> list[str]:
         ", ".join(f"{number(1e3 * step, 2)} ms" for step in steps),
         number(median),
         f"{number(min(seconds))} to {number(max(seconds))}",
-        number(1e3 * float(np.median(seconds_per_step(points)))),
+        number(1e3 * float(np.median(_seconds_per_step(points)))),
         number(COST_S_PER_S / median, 2),
         str(len(seconds)),
     ]

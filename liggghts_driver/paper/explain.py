@@ -1,4 +1,4 @@
-"""What moves the flow and what does not: each reading, friction, and the particle fraction."""
+"""What explains the difference from the paper: how densely particles lie, and each reading."""
 
 from __future__ import annotations
 
@@ -7,31 +7,22 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from liggghts_driver.paper import law
-from liggghts_driver.paper.answers import FLOW_UNIT, SECTIONS
-from liggghts_driver.paper.catalogue import FRICTIONS, MAIN, READINGS, TABLE_READINGS
-from liggghts_driver.paper.pooled import by_gradient, flow, of_reading, velocity
+from liggghts_driver.paper.catalogue import MAIN, TABLE_READINGS
+from liggghts_driver.paper.changes import sensitivity
+from liggghts_driver.paper.pooled import by_gradient, flow, velocity
 from liggghts_driver.paper.printed import MAIN_GRADIENT_PA_M, ROWS
-from liggghts_driver.paper.varied import FRACTION, POROSITY
-from liggghts_driver.paper.words import NOT_RUN, by_kind, capital, cell, judge
 from liggghts_driver.physics.spheres import sphere_volume_m3
-from liggghts_driver.report.numbers import decimals_for, fixed, number
-from liggghts_driver.studies.paired import paired_change
+from liggghts_driver.report.numbers import number
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
-    from liggghts_driver.paper.catalogue import Reading
     from liggghts_driver.paper.stored import Answer, Point, Stored
-    from liggghts_driver.paper.varied import Varied
-    from liggghts_driver.studies.paired import Change
-
-#: A flow below this share of that without friction has come to a stop.
-_STOPPED = 0.02
 
 
 def explain_answer(stored: Stored) -> list[str]:
     """What explains the difference from the paper, as far as the runs tell."""
-    return [*_crowding(stored), *_sensitivity(stored)]
+    return [*_crowding(stored), *sensitivity(stored)]
 
 
 def _crowding(stored: Stored) -> Iterator[str]:
@@ -105,89 +96,3 @@ def _filled(points: Sequence[Point]) -> float | None:
         return None
     pores_m3 = specimen.length * specimen.width**2 * (1.0 - specimen.solid_fraction)
     return float(np.mean(inside)) * sphere_volume_m3(radius) / pores_m3
-
-
-def change_of(stored: Stored, reading: Reading, section: str) -> Change | None:
-    """What a reading changes of a flow rate, packing by packing, from what it differs from."""
-    base_reading = reading.beside or READINGS[0]
-    own, base = (flow(of_reading(stored, each), section) for each in (reading, base_reading))
-    return paired_change(own.values, base.values) if own and base else None
-
-
-def change_words(change: Change) -> str:
-    """A change in per cent with its interval."""
-    sign = "+" if change.mean > 0.0 else ""
-    if change.ci95 is None:
-        return f"{sign}{number(100.0 * change.mean, 2)} %, one packing"
-    decimals = decimals_for(100.0 * change.ci95)
-    mean, half = (fixed(100.0 * value, decimals) for value in (change.mean, change.ci95))
-    return f"{sign}{mean} ± {half} %"
-
-
-def _sensitivity(stored: Stored) -> Iterator[str]:
-    """Which readings change the flow beyond chance, which do not, and of which it is not known."""
-    for section in SECTIONS:
-        kinds: dict[str, list[str]] = {"moves": [], "not told": [], "one": []}
-        for reading in READINGS[1:]:
-            change = change_of(stored, reading, section)
-            if change is not None:
-                kind = "one" if change.ci95 is None else _kind(change)
-                kinds[kind].append(f"{reading.title} ({change_words(change)})")
-        told = {
-            "moves": "what changes the flow beyond chance:",
-            "not told": "no change beyond chance:",
-            "one": "chance not known:",
-        }
-        words = by_kind(told, kinds) or NOT_RUN
-        yield f"{capital(section)}, beside {READINGS[0].title}: {words}."
-
-
-def _kind(change: Change) -> str:
-    return "moves" if abs(change.mean) > (change.ci95 or 0.0) else "not told"
-
-
-def friction_answer(stored: Stored) -> list[str]:
-    """How much friction slows the flow at the entrance, and whether it stops it."""
-    sentences = []
-    settings = stored.sweeps[FRICTIONS[0].sweep].settings if stored.sweeps else {}
-    rolling = settings.get("contact.rolling_friction", 0.0)
-    for reading in FRICTIONS:
-        change = change_of(stored, reading, "entrance")
-        if change is None:
-            sentences.append(f"{capital(reading.title)}: {NOT_RUN}.")
-            continue
-        end = f"not obstructed: {number(100.0 * (1.0 + change.mean), 2)} % remains"
-        if is_stopped(change):
-            end = "the entrance is obstructed, as the paper says may happen"
-        sentences.append(
-            f"{capital(reading.title)}, rolling {rolling:g}: the flow rate at the entrance over "
-            f"the second half changes by {change_words(change)}; {end}."
-        )
-    return sentences
-
-
-def is_stopped(change: Change) -> bool:
-    """Whether hardly any of the flow remains."""
-    return 1.0 + change.mean < _STOPPED
-
-
-def what_if_answer(stored: Stored) -> list[str]:
-    """Simulated flow rates beside the law's, where an input of the law was varied in both."""
-    sentences = [
-        _beside_the_law(stored, varied, value)
-        for varied in (FRACTION, POROSITY)
-        for value in sorted(set().union(*(varied.flows(stored, s) for s in SECTIONS)))
-    ]
-    return sentences or [f"{capital(NOT_RUN)}."]
-
-
-def _beside_the_law(stored: Stored, varied: Varied, value: float) -> str:
-    law_at = varied.estimate(value)
-    expected = float(np.asarray(law_at.particle_flow_rate_m3_s))
-    outside = "" if law_at.valid else ", where it is said not to hold"
-    told = []
-    for section in SECTIONS:
-        pooled = varied.flows(stored, section).get(value)
-        judged = judge(pooled, expected, FLOW_UNIT).words
-        told.append(f"{section}, {cell(pooled, FLOW_UNIT)}, {judged}")
-    return f"{varied.symbol} = {value:g}, held against the law{outside}: {'; '.join(told)}."

@@ -10,14 +10,14 @@ from matplotlib.lines import Line2D
 
 from liggghts_driver.darcy import estimate
 from liggghts_driver.paper import law
-from liggghts_driver.paper.answers import FLOW_UNIT, SECTIONS
 from liggghts_driver.paper.catalogue import FRICTIONS, READINGS
 from liggghts_driver.paper.figure_marks import face
 from liggghts_driver.paper.figure_volumes import SECTION_COLOURS
 from liggghts_driver.paper.pooled import flow, of_reading
-from liggghts_driver.paper.printed import MAIN_GRADIENT_PA_M, ROWS
+from liggghts_driver.paper.printed import MAIN_GRADIENT_PA_M, ROWS, SECTIONS
+from liggghts_driver.paper.stored import NOT_RUN
 from liggghts_driver.paper.varied import FRACTION, POROSITY
-from liggghts_driver.paper.words import NOT_RUN
+from liggghts_driver.paper.words import FLOW_UNIT
 from liggghts_driver.prediction import darcy_inputs
 from liggghts_driver.report.style import DASHED, GREY, INK, PALE
 

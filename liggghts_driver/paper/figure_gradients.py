@@ -10,7 +10,6 @@ import numpy as np
 from matplotlib.lines import Line2D
 
 from liggghts_driver.paper import law
-from liggghts_driver.paper.answers import FLOW_UNIT, SECTIONS
 from liggghts_driver.paper.catalogue import ALL_GRADIENTS, FOLLOWS, PRINTED
 from liggghts_driver.paper.figure_marks import face
 from liggghts_driver.paper.pooled import (
@@ -20,7 +19,8 @@ from liggghts_driver.paper.pooled import (
     velocity,
     velocity_range,
 )
-from liggghts_driver.paper.printed import LARGEST_REYNOLDS, TABLE_1
+from liggghts_driver.paper.printed import LARGEST_REYNOLDS, SECTIONS, TABLE_1
+from liggghts_driver.paper.words import FLOW_UNIT
 from liggghts_driver.report.style import (
     BLUE,
     DASHED,

@@ -8,11 +8,11 @@ import numpy as np
 from matplotlib.lines import Line2D
 
 from liggghts_driver.paper import law
-from liggghts_driver.paper.answers import SECTIONS
-from liggghts_driver.paper.catalogue import FRICTIONS, READINGS, TABLE_READINGS
+from liggghts_driver.paper.catalogue import FIRST, FRICTIONS, TABLE_READINGS
 from liggghts_driver.paper.pooled import by_gradient, of_reading
-from liggghts_driver.paper.printed import MAIN_GRADIENT_PA_M, ROWS, TABLE_1
-from liggghts_driver.paper.words import NOT_RUN, counted
+from liggghts_driver.paper.printed import MAIN_GRADIENT_PA_M, ROWS, SECTIONS, TABLE_1
+from liggghts_driver.paper.stored import NOT_RUN
+from liggghts_driver.paper.words import counted
 from liggghts_driver.report.style import (
     BLUE,
     DASHED,
@@ -101,12 +101,12 @@ def paint_gradients(stored: Stored, figure: Figure) -> None:
 def paint_friction(stored: Stored, figure: Figure) -> None:
     """Fig. 6: what passes the entrance, for some coefficients of friction; the same packings."""
     axes = figure.add_subplot()
-    readings = (READINGS[0], *FRICTIONS)
+    readings = (FIRST, *FRICTIONS)
     shared = _shared_seeds([of_reading(stored, reading) for reading in readings])
     for reading, colour in zip(readings, _FRICTION_COLOURS, strict=True):
         points = [p for p in of_reading(stored, reading) if p.seed in shared]
         curves = curves_of(points)
-        label = "no friction" if reading is READINGS[0] else reading.title
+        label = "no friction" if reading is FIRST else reading.title
         if curves:
             _band(axes, curves, "entrance", colour)
         axes.plot([], [], color=colour, label=label if curves else f"{label}: {NOT_RUN}")

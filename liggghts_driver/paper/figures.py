@@ -61,9 +61,9 @@ def results_sha256(stored: Stored) -> str:
 
 
 def first_run(stored: Stored) -> Point | None:
-    """The first packing at 10 Pa/m, whose spheres are shown; None until it has an answer."""
+    """The first packing at 10 Pa/m, whose spheres are shown; None until it has a sound answer."""
     points = by_gradient(stored, MAIN).get(MAIN_GRADIENT_PA_M, [])
-    return next((p for p in points if p.answer is not None and p.replicate == 0), None)
+    return next((p for p in points if p.sound is not None and p.replicate == 0), None)
 
 
 def draw_figures(stored: Stored, runs: Path, images: Path, record: Path) -> list[Path]:
@@ -91,7 +91,7 @@ def draw_figures(stored: Stored, runs: Path, images: Path, record: Path) -> list
         for drawing in DRAWINGS
     }
     shown = first_run(stored)
-    if shown is not None and (runs / shown.run).exists():
+    if shown is not None and RunDirectory(runs / shown.run).results.exists():
         made[SNAPSHOTS] = (_snapshots(runs / shown.run), _source_of(shown))
     known = read_record(record)
     for name, (png, origin) in made.items():

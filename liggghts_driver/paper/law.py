@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from liggghts_driver.paper.catalogue import sweep_file
+from liggghts_driver.paper.catalogue import GRADIENT, sweep_file
+from liggghts_driver.paper.printed import LARGEST_REYNOLDS, TABLE_1
 from liggghts_driver.physics.drag import free_flight_speed_m_s, pressure_force_n
 from liggghts_driver.physics.drag import reynolds as reynolds_of
 from liggghts_driver.prediction import predict
@@ -35,6 +36,12 @@ def scene_of(sweep: str, values: Mapping[str, Any]) -> Scene:
     return scene_with(make_plan(sweep_file(sweep)).base, values)
 
 
+def ends_of(sweep: str) -> tuple[float, float]:
+    """The smallest and the largest gradient of a shipped sweep [Pa/m]."""
+    gradients = [float(p.values[GRADIENT]) for p in make_plan(sweep_file(sweep)).points]
+    return min(gradients), max(gradients)
+
+
 def flowing_share(flow_m3_s: float, velocity_m_s: float) -> float:
     """Flow rate over velocity and pores: the share of the example's pores that flows."""
     specimen = example().specimen
@@ -43,9 +50,9 @@ def flowing_share(flow_m3_s: float, velocity_m_s: float) -> float:
     return flow_m3_s / (pores_m2 * velocity_m_s)
 
 
-def law(gradient_pa_m: float, scene: Scene | None = None) -> Estimate:
-    """The Darcy-like law at one gradient (Eqs. 12-16); of the paper's example without a scene."""
-    return predict(scene or example(), gradient_pa_m)
+def law(gradient_pa_m: float) -> Estimate:
+    """The Darcy-like law for the paper's example at one gradient (Eqs. 12-16)."""
+    return predict(example(), gradient_pa_m)
 
 
 def law_flow_m3_s(gradient_pa_m: float) -> float:
@@ -61,6 +68,17 @@ def law_velocity_m_s(gradient_pa_m: float) -> float:
 def law_reynolds(gradient_pa_m: float) -> float:
     """Its Reynolds number, of the Darcy flux and a particle's diameter."""
     return float(np.asarray(law(gradient_pa_m).reynolds))
+
+
+def is_slow(gradient_pa_m: float) -> bool:
+    """Whether the law is said to hold at a gradient: Re up to about 10."""
+    return law_reynolds(gradient_pa_m) <= LARGEST_REYNOLDS
+
+
+def slow_gradients() -> tuple[float, float]:
+    """The smallest and the largest gradient of Table 1 at which it is [Pa/m]."""
+    slow = [row.gradient_pa_m for row in TABLE_1 if is_slow(row.gradient_pa_m)]
+    return slow[0], slow[-1]
 
 
 def free_flight_m_s(gradient_pa_m: float, scene: Scene | None = None) -> float:
@@ -86,7 +104,7 @@ def _flier(scene: Scene | None) -> tuple[Fluid, float]:
     return fluid, radius
 
 
-def free_flight_exponent(low_pa_m: float, high_pa_m: float) -> float:
+def free_flight_exponent(low_pa_m: float, high_pa_m: float, scene: Scene | None = None) -> float:
     """The power of the gradient with which the free flight goes between two gradients."""
-    ratio = free_flight_m_s(high_pa_m) / free_flight_m_s(low_pa_m)
+    ratio = free_flight_m_s(high_pa_m, scene) / free_flight_m_s(low_pa_m, scene)
     return math.log(ratio) / math.log(high_pa_m / low_pa_m)

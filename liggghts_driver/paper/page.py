@@ -6,25 +6,25 @@ from typing import TYPE_CHECKING, Any
 
 import jinja2
 
-from liggghts_driver.paper import answers, explain, tables
+from liggghts_driver.paper import law, tables
 from liggghts_driver.paper.agreement import flow_agreement, velocity_agreement
 from liggghts_driver.paper.catalogue import ALL_GRADIENTS
 from liggghts_driver.paper.claims import claims
 from liggghts_driver.paper.cost import cost_sentence, cost_table
+from liggghts_driver.paper.explain import explain_answer
 from liggghts_driver.paper.figures import DRAWINGS, SNAPSHOTS, first_run
-from liggghts_driver.paper.pooled import (
-    LATE,
-)
+from liggghts_driver.paper.friction import friction_answer
+from liggghts_driver.paper.power import power_answer
+from liggghts_driver.paper.printed import TABLE_1
 from liggghts_driver.paper.statements import slips, statements
+from liggghts_driver.paper.steadiness import steady_answer
+from liggghts_driver.paper.stored import NOT_RUN
 from liggghts_driver.paper.validity import validity_answer
 from liggghts_driver.paper.verdict import reading_answer
-from liggghts_driver.paper.words import (
-    ARRIVING,
-    DRIFTS,
-    NOT_RUN,
-    capital,
-    counted,
-)
+from liggghts_driver.paper.what_if import what_if_answer
+from liggghts_driver.paper.windows import LATE
+from liggghts_driver.paper.words import ARRIVING, DRIFTS, capital, counted
+from liggghts_driver.report.numbers import number
 from liggghts_driver.resources import templates_dir
 
 if TYPE_CHECKING:
@@ -71,12 +71,13 @@ def context_of(stored: Stored) -> dict[str, Any]:
         "velocities": list(velocity_agreement(stored)),
         "steady_legend": _STEADY_LEGEND,
         "readings": reading_answer(stored),
-        "power": answers.power_answer(stored),
-        "steady": answers.steady_answer(stored),
+        "reynolds": _reynolds(),
+        "power": power_answer(stored),
+        "steady": steady_answer(stored),
         "validity": validity_answer(stored, ALL_GRADIENTS),
-        "explained": explain.explain_answer(stored),
-        "friction": explain.friction_answer(stored),
-        "what_if": explain.what_if_answer(stored),
+        "explained": explain_answer(stored),
+        "friction": friction_answer(stored),
+        "what_if": what_if_answer(stored),
         "statements": statements(),
         "slips": slips(),
         "cost": cost_sentence(stored),
@@ -94,6 +95,20 @@ def context_of(stored: Stored) -> dict[str, Any]:
         "has_snapshots": first_run(stored) is not None,
         "image": {name: f"images/{name}.png" for name in (*(d.name for d in DRAWINGS), SNAPSHOTS)},
     }
+
+
+def _reynolds() -> dict[str, str]:
+    """The Reynolds numbers by which the law's end may be told."""
+    inside, outside = law.slow_gradients()[1], TABLE_1[-1].gradient_pa_m
+    specimen = law.example().specimen
+    assert specimen is not None
+    found = {
+        "inside": law.law_reynolds(inside),
+        "outside": law.law_reynolds(outside),
+        "pores": law.law_reynolds(inside) / (1.0 - specimen.solid_fraction),
+        "flight": law.free_flight_reynolds(TABLE_1[0].gradient_pa_m),
+    }
+    return {name: number(value, 2) for name, value in found.items()}
 
 
 def _settings(stored: Stored) -> list[str]:

@@ -10,21 +10,16 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from liggghts_driver.paper.catalogue import GRADIENT
-from liggghts_driver.paper.stored import Measured
-from liggghts_driver.statistics import fit_shape, students_half_width
+from liggghts_driver.paper.stored import NOT_RUN
+from liggghts_driver.paper.windows import comes_late, rate_from, second_half
+from liggghts_driver.statistics import students_half_width
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Mapping
     from typing import Any
 
     from liggghts_driver.paper.catalogue import Reading, Series
-    from liggghts_driver.paper.stored import Answer, Point, Stored
-
-#: A window that begins as near to the middle of the run, as a share of it, is its second half.
-_AS_GOOD_AS_HALF = 0.1
-#: A section that the first particle passes later, as a share of the run, is still being reached:
-#: over the second half such a flow was seen to grow by 85 % and more.
-LATE = 0.4
+    from liggghts_driver.paper.stored import Measured, Point, Stored
 
 
 @dataclass(frozen=True)
@@ -60,6 +55,16 @@ class Pooled:
         return len(self.values)
 
     @property
+    def interval(self) -> float | None:
+        """What the mean is judged by: the interval between packings, no less than time allows.
+
+        A few packings may be alike by chance; None for one packing.
+        """
+        if self.between is None:
+            return None
+        return max(self.between, (self.in_time or 0.0) / math.sqrt(self.packings))
+
+    @property
     def half_width(self) -> float | None:
         """What a bar shows: the packings' interval, of one packing that of its time."""
         return self.in_time if self.between is None else self.between
@@ -88,60 +93,14 @@ def flow(points: Iterable[Point], section: str) -> Pooled | None:
     """
     sound = {p.seed: p.sound for p in points if p.sound is not None}
     pooled = pool({seed: second_half(found, section) for seed, found in sound.items()})
-    late = sum(_comes_late(found, section) for found in sound.values())
+    late = sum(comes_late(found, section) for found in sound.values())
     return None if pooled is None else replace(pooled, late=late)
 
 
-def second_half(answer: Answer, section: str) -> Measured:
-    """What a run says of the flow past a section in its second half.
-
-    The run's own window is the steady part, or what comes closest. That may be the whole run where
-    nothing has come for long; then the rate is computed anew, from the stored curve.
-    """
-    own, curves = answer.flow_m3_s[section], answer.curves
-    if not own.mean or abs(own.from_s / curves.end_s - 0.5) <= _AS_GOOD_AS_HALF:
-        return own
-    volumes = 1e-9 * np.array(curves.volume_mm3[section], dtype=np.float64)
-    middle = len(volumes) // 2
-    half, from_s = volumes[middle:], middle * curves.interval_s
-    rise = fit_shape(half, np.linspace(0.0, 1.0, len(half)))
-    return replace(
-        own,
-        mean=curves.rate_m3_s(section, middle),
-        ci95=rise.half_width / (curves.end_s - from_s),
-        from_s=from_s,
-    )
-
-
-def _comes_late(answer: Answer, section: str) -> bool:
-    """Whether the first particle passed a section late in the run."""
-    reached_s = answer.reached_s[section]
-    return reached_s is not None and reached_s > LATE * answer.curves.end_s
-
-
 def flow_from(points: Iterable[Point], section: str, from_s: float) -> Pooled | None:
-    """The mean flow rate from an instant to the end [m3/s], from the stored curves."""
-    found = {}
-    for point in points:
-        if point.sound is not None:
-            curves = point.sound.curves
-            rate = curves.rate_m3_s(section, math.ceil(from_s / curves.interval_s - 1e-9))
-            found[point.seed] = Measured(rate, None, steady=False, from_s=from_s, reason="")
-    return pool(found)
-
-
-def rates_from(
-    points: Iterable[Point], section: str, from_s: float, window_s: float
-) -> dict[float, float]:
-    """The flow rate in one window after another [m3/s], by the window's start; over packings."""
-    found: dict[float, list[float]] = {}
-    for curves in (p.sound.curves for p in points if p.sound is not None):
-        start, step = (round(time_s / curves.interval_s) for time_s in (from_s, window_s))
-        samples = len(curves.volume_mm3[section])
-        for number, first in enumerate(range(start, samples - step, step)):
-            rate = curves.rate_m3_s(section, first, first + step)
-            found.setdefault(from_s + number * window_s, []).append(rate)
-    return {time_s: float(np.mean(rates)) for time_s, rates in found.items()}
+    """The flow rate from an instant to the end [m3/s], from the stored curves."""
+    sound = {p.seed: p.sound for p in points if p.sound is not None}
+    return pool({seed: rate_from(found, section, from_s) for seed, found in sound.items()})
 
 
 def velocity(points: Iterable[Point]) -> Pooled | None:
@@ -156,16 +115,12 @@ def velocity_range(points: Iterable[Point]) -> tuple[float, float] | None:
     return (min(low for low, _ in known), max(high for _, high in known)) if known else None
 
 
-def seconds_per_second(points: Iterable[Point]) -> list[float]:
-    """Processor time for a simulated second of each run whose time is known."""
-    costs = [point.answer.cost for point in points if point.answer is not None]
-    return [cost["cpu_s"] / cost["simulated_s"] for cost in costs if cost["cpu_s"]]
-
-
-def seconds_per_step(points: Iterable[Point]) -> list[float]:
-    """Processor time for a step of each run whose time is known."""
-    costs = [point.answer.cost for point in points if point.answer is not None]
-    return [c["cpu_s"] / c["simulated_s"] * c["step_s"] for c in costs if c["cpu_s"]]
+def missing(points: Iterable[Point]) -> str:
+    """Why there is no number of some points, in a word or two."""
+    states = [(p.state, p.sound is not None) for p in points]
+    if any(state == "unfinished" for state, _ in states) or not states:
+        return NOT_RUN
+    return "nothing flows" if any(sound for _, sound in states) else "no valid run"
 
 
 def by_gradient(stored: Stored, series: Series) -> dict[float, list[Point]]:
@@ -204,29 +159,39 @@ def exponent(
     flows
         By gradient.
     within
-        Which gradients enter the fit, of those that have a lasting flow; a packing enters that has
-        all of those that any has.
+        Which gradients enter the fit, of those that may (`lasting`).
 
     Returns
     -------
     Pooled or None
-        Over the packings, steady if all that entered is; None where none of them has two gradients
-        with a lasting flow.
+        Over the packings, steady if all that entered is; None where none of them has two gradients.
     """
-    chosen = {g: pooled.values for g, pooled in flows.items() if within(g) and has_power(pooled)}
-    seeds = {seed for values in chosen.values() for seed in values}
-    whole = [seed for seed in sorted(seeds) if all(seed in values for values in chosen.values())]
+    chosen = lasting({g: pooled for g, pooled in flows.items() if within(g)})
+    seeds = sorted({seed for pooled in chosen.values() for seed in pooled.values})
+    whole = [s for s in seeds if all(s in pooled.values for pooled in chosen.values())]
     if len(chosen) < 2 or not whole:
         return None
     logs = np.log(list(chosen))
     slopes = {
-        seed: float(np.polyfit(logs, np.log([v[seed] for v in chosen.values()]), 1)[0])
+        seed: float(np.polyfit(logs, np.log([p.values[seed] for p in chosen.values()]), 1)[0])
         for seed in whole
     }
     mean = float(np.mean(list(slopes.values())))
-    steady = all(flows[g].steady == flows[g].packings for g in chosen)
+    steady = all(pooled.steady == pooled.packings for pooled in chosen.values())
     half = students_half_width(list(slopes.values()))
     return Pooled(mean, half, None, slopes, len(slopes) if steady else 0)
+
+
+def lasting(flows: Mapping[float, Pooled]) -> dict[float, Pooled]:
+    """Flow rates that may enter one power of the gradient together.
+
+    Each lasts in all of its packings, and has as many packings as any of them, if there are two
+    such: a gradient at which a packing is missing would else take this one from all the others.
+    """
+    known = {g: pooled for g, pooled in flows.items() if has_power(pooled)}
+    most = max((pooled.packings for pooled in known.values()), default=0)
+    full = {g: pooled for g, pooled in known.items() if pooled.packings == most}
+    return full if len(full) > 1 else known
 
 
 def has_power(pooled: Pooled) -> bool:

@@ -9,6 +9,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+#: Where the volume that passes is measured: the entrance of the cube, and its middle.
+SECTIONS = ("entrance", "middle")
+
 
 @dataclass(frozen=True)
 class Row:

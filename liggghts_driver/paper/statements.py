@@ -1,7 +1,8 @@
 """Statements of the paper held against each other, and against its own equations.
 
 No run enters the numbers: they are what the paper prints, and what its equations make of its data.
-Each sentence is chosen by the numbers: were the data of the shipped scene others, it would say so.
+Numbers, and the verdict of each pair, come from the shipped scene and from what is printed; what
+words explain is the paper's text, which has no numbers.
 """
 
 from __future__ import annotations

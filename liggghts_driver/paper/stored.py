@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 from dataclasses import asdict, dataclass, field
 from typing import TYPE_CHECKING, Any
 
@@ -12,6 +13,8 @@ if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
     from pathlib import Path
 
+#: What is said of a point without a run.
+NOT_RUN = "not run yet"
 #: Raised with every change of the file's form.
 FORM = 1
 
@@ -43,6 +46,10 @@ class Curves:
         """The instant of the last sample."""
         return (len(self.piston_x_um) - 1) * self.interval_s
 
+    def sample_at(self, time_s: float) -> int:
+        """The number of the first sample that is not before an instant."""
+        return math.ceil(time_s / self.interval_s - 1e-9)
+
     def rate_m3_s(self, section: str, first: int, last: int = -1) -> float:
         """The mean flow rate past a section from one sample to another."""
         volumes, steps = self.volume_mm3[section], range(len(self.volume_mm3[section]))
@@ -71,7 +78,7 @@ class Answer:
     curves
         Volumes and piston in time.
     cost
-        ``cpu_s``, ``wall_s``, ``simulated_s``, ``ranks``, ``particles``.
+        ``cpu_s``, ``wall_s``, ``simulated_s``, ``step_s``, ``ranks``, ``particles``.
     provenance
         ``deck_sha256``, ``engine``, ``liggghts_driver``, ``started``, ``machine``.
     """
@@ -100,7 +107,7 @@ class Point:
     run: str
     scene_sha256: str
     state: str = "unfinished"
-    why: str = "not run yet"
+    why: str = NOT_RUN
     answer: Answer | None = None
 
     @property

@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from liggghts_driver.paper import law
-from liggghts_driver.paper.answers import FLOW_UNIT, SECTIONS, fitted, is_slow
 from liggghts_driver.paper.catalogue import (
     ALL_GRADIENTS,
+    FIRST,
     FOLLOWS,
     FRICTIONS,
     MAIN,
@@ -20,19 +20,21 @@ from liggghts_driver.paper.catalogue import (
     TABLE_READINGS,
     VISCOUS,
 )
-from liggghts_driver.paper.explain import change_of, change_words
+from liggghts_driver.paper.changes import change_of, change_words, is_told
 from liggghts_driver.paper.pooled import (
     by_gradient,
     exponent,
     flow,
     flows_by_gradient,
     local_exponents,
+    missing,
     of_reading,
     velocity,
     velocity_range,
 )
-from liggghts_driver.paper.printed import MAIN_GRADIENT_PA_M, ROWS, TABLE_1
-from liggghts_driver.paper.words import NOT_RUN, cell, judge, marks, short_cell
+from liggghts_driver.paper.power import fitted
+from liggghts_driver.paper.printed import MAIN_GRADIENT_PA_M, ROWS, SECTIONS, TABLE_1
+from liggghts_driver.paper.words import FLOW_UNIT, cell, judge, marks, short_cell
 from liggghts_driver.report.numbers import NONE, number
 
 if TYPE_CHECKING:
@@ -62,13 +64,14 @@ def flow_table(stored: Stored) -> str:
     for row in TABLE_1:
         for section in SECTIONS:
             printed = [row.law_m3_s, law.law_flow_m3_s(row.gradient_pa_m), row.flow_m3_s(section)]
-            ours = [flow(points.get(row.gradient_pa_m, []), section) for points in found]
+            several = [points.get(row.gradient_pa_m, []) for points in found]
+            ours = [(flow(points, section), missing(points)) for points in several]
             rows.append(
                 [
                     f"{row.gradient_pa_m:g}",
                     section,
                     *(number(value / FLOW_UNIT) for value in printed),
-                    *(cell(each, FLOW_UNIT) for each in ours),
+                    *(cell(each, FLOW_UNIT, why) for each, why in ours),
                 ]
             )
     return table([*heads, *(s.name for s in TABLE_READINGS)], rows)
@@ -93,7 +96,7 @@ def _velocity_cell(points: Sequence[Point]) -> str:
     """Mean over the packings with its interval between them, and the range in time."""
     mean, reach = velocity(points), velocity_range(points)
     if mean is None or reach is None:
-        return NOT_RUN
+        return missing(points)
     low, high = (number(v / _VELOCITY_UNIT) for v in reach)
     half = "" if mean.between is None else f" ± {number(mean.between / _VELOCITY_UNIT, 2)}"
     return f"{number(mean.mean / _VELOCITY_UNIT)}{half}; {low} to {high}{marks(mean)}"
@@ -111,7 +114,7 @@ def readings_table(stored: Stored) -> str:
             kind = judge(pooled, printed.flow_m3_s(section)).kind
             # Table 1 has no friction.
             held = pooled is not None and reading in READINGS
-            cells += [cell(pooled, FLOW_UNIT), kind if held else NONE]
+            cells += [cell(pooled, FLOW_UNIT, missing(points)), kind if held else NONE]
             cells += [_change(stored, reading, section)]
         rows.append([*cells, _velocity_cell(points)])
     per_section = [
@@ -121,19 +124,19 @@ def readings_table(stored: Stored) -> str:
 
 
 def _change(stored: Stored, reading: Reading, section: str) -> str:
-    """A change beside the main reading, of the same packings; in brackets where it may be none."""
-    change = change_of(stored, reading, section) if reading is not READINGS[0] else None
+    """A change beside what a reading is held against; in brackets where it may be none."""
+    change = change_of(stored, reading, section) if reading is not FIRST else None
     if change is None:
         return NONE
-    chance = change.ci95 is not None and abs(change.mean) <= change.ci95
-    return f"({change_words(change)})" if chance else change_words(change)
+    words = change_words(change)
+    return words if is_told(change) or change.ci95 is None else f"({words})"
 
 
 def exponent_table(stored: Stored) -> str:
     """The power of the gradient: between the paper's neighbouring gradients, and fitted."""
     gradients = [row.gradient_pa_m for row in TABLE_1]
     pairs = list(pairwise(gradients))
-    slow = [g for g in gradients if is_slow(g)]
+    slow = [g for g in gradients if law.is_slow(g)]
     ends = [*pairs, (slow[0], slow[-1])]
     free = [number(law.free_flight_exponent(*pair), 2) for pair in ends]
     rows = [["law", *["1"] * len(ends)], ["free flight", *free]]
@@ -176,10 +179,10 @@ def validity_table(stored: Stored) -> str:
     """The simulated flow over the law's at every gradient."""
     flows = {s: flows_by_gradient(stored, ALL_GRADIENTS, s) for s in SECTIONS}
     rows = []
-    for gradient in by_gradient(stored, ALL_GRADIENTS):
+    for gradient, points in by_gradient(stored, ALL_GRADIENTS).items():
         law_flow, reynolds = law.law_flow_m3_s(gradient), law.law_reynolds(gradient)
-        valid = "yes" if is_slow(gradient) else "no"
-        ratios = [cell(flows[s].get(gradient), law_flow) for s in SECTIONS]
+        valid = "yes" if law.is_slow(gradient) else "no"
+        ratios = [cell(flows[s].get(gradient), law_flow, missing(points)) for s in SECTIONS]
         rows.append(
             [f"{gradient:g}", number(reynolds), valid, number(law_flow / FLOW_UNIT), *ratios]
         )

@@ -6,9 +6,12 @@ from itertools import pairwise
 from typing import TYPE_CHECKING, Literal
 
 from liggghts_driver.paper import law
-from liggghts_driver.paper.answers import SECTIONS, is_slow
-from liggghts_driver.paper.pooled import exponent, flows_by_gradient, has_power
-from liggghts_driver.paper.words import NOT_RUN, capital, holds, judge, listed, short_cell
+from liggghts_driver.paper.catalogue import MAIN
+from liggghts_driver.paper.pooled import exponent, flows_by_gradient, lasting
+from liggghts_driver.paper.power import free_flight, kind_of_power
+from liggghts_driver.paper.printed import SECTIONS
+from liggghts_driver.paper.stored import NOT_RUN
+from liggghts_driver.paper.words import capital, judge, listed, short_cell
 from liggghts_driver.report.numbers import number
 
 if TYPE_CHECKING:
@@ -18,16 +21,16 @@ if TYPE_CHECKING:
     from liggghts_driver.paper.pooled import Pooled
     from liggghts_driver.paper.stored import Stored
 
-#: A line is followed where so many neighbouring gradients are on it ...
+#: A line is followed where so many neighbouring gradients are on it, and the power over them is 1.
 _FEWEST = 3
-#: ... and the power over them is 1 within at most this: it could not be free flight's 0.74 then.
-_WIDEST_POWER = 0.15
-Course = Literal["followed", "left", "not told"]
-#: In the order in which they are told.
+#: What may be said of a flow beside the law's line, in the order in which it is told.
 _ABOVE, _OPEN, _ON, _BELOW = "above it", "not told from it", "on it", "below it"
 _ONE, _LATE = "known from one packing alone", "still arriving"
 _SIDES = (_ABOVE, _OPEN, _ON, _BELOW, _ONE, _LATE)
-_SIDE_OF = {"agrees": _ON, "undecided": _OPEN, "one packing": _ONE}
+_SIDE_OF = {"agrees": _ON, "undecided": _OPEN, "one packing": _ONE, "arriving": _LATE}
+
+#: Whether a flow follows the law as far as this is said to hold, and leaves it beyond.
+Course = Literal["followed", "farther", "left", "not told"]
 
 
 def validity_answer(stored: Stored, series: Series) -> list[str]:
@@ -57,14 +60,16 @@ def sides_words(flows: Mapping[float, Pooled]) -> str:
     return listed(parts)
 
 
-def follows_the_law(flows: Mapping[float, Pooled]) -> Course:
-    """Whether a flow follows the line up to the largest gradient at which it is said to hold."""
+def course_of(flows: Mapping[float, Pooled]) -> Course:
+    """Whether a flow follows the line as far as it is said to, and no farther."""
     sides = _sides(flows)
-    slow = {gradient: side for gradient, side in sides.items() if is_slow(gradient)}
+    slow = {gradient: side for gradient, side in sides.items() if law.is_slow(gradient)}
+    if {_ABOVE, _BELOW} & set(slow.values()):
+        return "left"
     followed = _followed(flows, sides)
-    if followed and followed[-1] >= max(slow):
-        return "followed"
-    return "left" if {_ABOVE, _BELOW} & set(slow.values()) else "not told"
+    if not followed or not set(law.slow_gradients()) <= set(followed):
+        return "not told"
+    return "farther" if followed[-1] > max(slow) else "followed"
 
 
 def _sides(flows: Mapping[float, Pooled]) -> dict[float, str]:
@@ -72,8 +77,6 @@ def _sides(flows: Mapping[float, Pooled]) -> dict[float, str]:
 
 
 def _side(gradient_pa_m: float, pooled: Pooled) -> str:
-    if pooled.late:
-        return _LATE
     judged = judge(pooled, law.law_flow_m3_s(gradient_pa_m))
     return _SIDE_OF.get(judged.kind) or (_ABOVE if judged.side == "above" else _BELOW)
 
@@ -92,10 +95,12 @@ def _course(flows: Mapping[float, Pooled], sides: Mapping[float, str]) -> str:
 
 
 def _followed(flows: Mapping[float, Pooled], sides: Mapping[float, str]) -> list[float]:
-    """The gradients from which to which the line is followed; none where it is not."""
+    """The gradients over which the line is followed; none where it is not."""
     run = _longest_run(sides)
     power = _power_over(flows, run)
-    return run if len(run) >= _FEWEST and power is not None and _is_one(power) else []
+    if len(run) < _FEWEST or power is None:
+        return []
+    return run if kind_of_power(power, free_flight(MAIN)) == "proportional" else []
 
 
 def _power_over(flows: Mapping[float, Pooled], some: Sequence[float]) -> Pooled | None:
@@ -111,10 +116,6 @@ def _longest_run(sides: Mapping[float, str]) -> list[float]:
         elif runs[-1]:
             runs.append([])
     return max(runs, key=len)
-
-
-def _is_one(power: Pooled) -> bool:
-    return holds(power, 1.0) and (power.between or 0.0) < _WIDEST_POWER
 
 
 def _left(last_pa_m: float, sides: Mapping[float, str]) -> str:
@@ -134,12 +135,9 @@ def _crossing(sides: Mapping[float, str]) -> str:
 
 
 def _along(flows: Mapping[float, Pooled]) -> str:
-    """Whether a flow that follows the line nowhere that is told goes with its power at all."""
-    power, lasting = exponent(flows), [g for g, pooled in flows.items() if has_power(pooled)]
+    """With which power of the gradient a flow goes that follows the line nowhere that is told."""
+    power, chosen = exponent(flows), list(lasting(flows))
     if power is None or power.between is None:
         return ""
-    span = f"from {lasting[0]:g} to {lasting[-1]:g} Pa/m"
-    fitted = f"power of the gradient {span} {short_cell(power)}, the law's is 1"
-    if holds(power, 1.0):
-        return f"; whether it runs along the line anywhere is not known ({fitted})"
-    return f"; it runs along the line nowhere ({fitted})"
+    span = f"from {chosen[0]:g} to {chosen[-1]:g} Pa/m"
+    return f"; {span} it goes with the gradient to the power {short_cell(power)}, the law with 1"

@@ -6,8 +6,8 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 from liggghts_driver.darcy import estimate
-from liggghts_driver.paper import law
-from liggghts_driver.paper.catalogue import CUT_AT_HALF, READINGS
+from liggghts_driver.paper import catalogue, law
+from liggghts_driver.paper.catalogue import CUT_AT_HALF, FIRST, READINGS
 from liggghts_driver.paper.pooled import flow, of_reading
 from liggghts_driver.paper.printed import MAIN_GRADIENT_PA_M
 from liggghts_driver.prediction import darcy_inputs
@@ -39,17 +39,16 @@ class Varied:
         return {value: pooled for value, pooled in sorted(found.items()) if pooled is not None}
 
 
-_FRACTION = "particles.volume_fraction"
 FRACTION = Varied(
     "v_p",
     lambda inputs, value: replace(inputs, particle_fraction=value),
     {
-        0.15: READINGS[0],
-        **{r.values[_FRACTION]: r for r in READINGS if _FRACTION in r.values},
+        0.15: FIRST,
+        **{r.values[catalogue.FRACTION]: r for r in READINGS if catalogue.FRACTION in r.values},
     },
 )
 POROSITY = Varied(
     "v_2",
     lambda inputs, value: replace(inputs, solid_fraction=1.0 - value),
-    {0.45: READINGS[0], 0.50: CUT_AT_HALF},
+    {0.45: FIRST, 0.50: CUT_AT_HALF},
 )

@@ -5,14 +5,16 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Literal
 
+from liggghts_driver.paper.stored import NOT_RUN
 from liggghts_driver.report.numbers import decimals_for, fixed, number
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
+    from collections.abc import Iterable, Mapping, Sequence
 
     from liggghts_driver.paper.pooled import Pooled
 
-NOT_RUN = "not run yet"
+#: Flow rates are said in millionths of a cubic metre per second.
+FLOW_UNIT = 1e-6
 #: An interval wider than this, over what is compared with, agrees with too much to decide.
 WIDEST = 0.25
 #: Share of a flow rate by which the settings of the runs may be off, beside the finest ones.
@@ -22,7 +24,7 @@ DRIFTS, ARRIVING = "~", "→"
 
 #: Whether something that the paper says holds.
 Verdict = Literal["yes", "no", "in part", "not decided", "not run yet"]
-Kind = Literal["agrees", "undecided", "differs", "one packing", "unknown"]
+Kind = Literal["agrees", "undecided", "differs", "arriving", "one packing", "unknown"]
 
 
 @dataclass(frozen=True)
@@ -45,8 +47,9 @@ class Judgement:
 def judge(pooled: Pooled | None, reference: float, scale: float = 1.0) -> Judgement:
     """A mean over packings held against a number, by the interval between the packings.
 
-    One packing decides nothing: how much another would differ is not known. What the settings may
-    be off is no part of the interval; a difference that this can explain is not decided.
+    One packing decides nothing: how much another would differ is not known; nor does a flow whose
+    front still arrives. What the settings may be off is no part of the interval; a difference that
+    this can explain is not decided.
 
     Parameters
     ----------
@@ -59,10 +62,12 @@ def judge(pooled: Pooled | None, reference: float, scale: float = 1.0) -> Judgem
     """
     if pooled is None:
         return Judgement("unknown", NOT_RUN)
-    other, half = number(reference / scale), pooled.between
+    other, half = number(reference / scale), pooled.interval
     off = pooled.mean - reference
     side = "above" if off > 0.0 else "below"
     apart = f"is {_percent(off / reference)} {side} {other}"
+    if pooled.late:
+        return Judgement("arriving", f"{apart}, but particles still arrive")
     if half is None:
         return Judgement("one packing", f"{apart} in one packing, which decides nothing")
     if abs(off) > half + SETTINGS_ERROR * abs(pooled.mean):
@@ -79,10 +84,13 @@ def _percent(ratio: float) -> str:
     return f"{number(100.0 * abs(ratio), 2)} %"
 
 
-def cell(pooled: Pooled | None, scale: float = 1.0) -> str:
-    """A mean over packings, its interval between them, its error in time, how many there are."""
+def cell(pooled: Pooled | None, scale: float = 1.0, without: str = NOT_RUN) -> str:
+    """A mean over packings, its interval between them, its error in time, how many there are.
+
+    ``without`` is what is said where there is none.
+    """
     if pooled is None:
-        return NOT_RUN
+        return without
     widths = [w / scale for w in (pooled.between, pooled.in_time) if w is not None]
     decimals = decimals_for(min(widths)) if widths else None
     between, in_time = (
@@ -95,7 +103,7 @@ def cell(pooled: Pooled | None, scale: float = 1.0) -> str:
 
 def holds(pooled: Pooled, value: float) -> bool:
     """Whether a value lies within the interval between packings; with one packing none does."""
-    return pooled.between is not None and abs(pooled.mean - value) <= pooled.between
+    return pooled.interval is not None and abs(pooled.mean - value) <= pooled.interval
 
 
 def marks(pooled: Pooled) -> str:
@@ -104,16 +112,25 @@ def marks(pooled: Pooled) -> str:
     return f"{drifts} {ARRIVING}" if pooled.late else drifts
 
 
-def short_cell(pooled: Pooled | None, scale: float = 1.0) -> str:
+def short_cell(pooled: Pooled | None, scale: float = 1.0, without: str = NOT_RUN) -> str:
     """A mean over packings with its interval between them and how many they are."""
     if pooled is None:
-        return NOT_RUN
+        return without
     mean = pooled.mean / scale
     if pooled.between is None:
-        return f"{number(mean)} (one packing)"
+        return f"{number(mean)} (one packing){marks(pooled)}"
     decimals = decimals_for(pooled.between / scale)
     half = fixed(pooled.between / scale, decimals)
     return f"{fixed(mean, decimals)} ± {half} ({pooled.packings}){marks(pooled)}"
+
+
+def any_of(verdicts: Iterable[Verdict]) -> Verdict:
+    """Whether some reading bears a claim out: one is enough, and "no" takes all of them."""
+    found = set(verdicts)
+    for weightiest in ("yes", "in part"):
+        if weightiest in found:
+            return weightiest
+    return next(iter(found)) if len(found) == 1 else "not decided"
 
 
 def by_kind(told: Mapping[str, str], kinds: Mapping[str, Sequence[str]]) -> str:

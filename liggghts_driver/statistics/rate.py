@@ -54,7 +54,13 @@ class SeriesMean:
     """Samples at the start that have no value."""
 
 
-def flow_rate(time_s: npt.ArrayLike, volume_m3: npt.ArrayLike, quantum_m3: float = 0.0) -> Rate:
+def flow_rate(
+    time_s: npt.ArrayLike,
+    volume_m3: npt.ArrayLike,
+    quantum_m3: float = 0.0,
+    *,
+    whole: bool = False,
+) -> Rate:
     """Steady flow rate from the accumulated volume of particles past a section.
 
     The steady part is found by `steady_slope`. Its slope and 95 % interval come from `fit_shape`,
@@ -76,6 +82,8 @@ def flow_rate(time_s: npt.ArrayLike, volume_m3: npt.ArrayLike, quantum_m3: float
         such particles per length of the steady part: this many may be due although none, or a
         quite regular number, has come. So a blocked section has the rate zero, but not without
         error.
+    whole : bool
+        Whether the rate is that of the whole series, as it is, and not of its steady part.
 
     Raises
     ------
@@ -87,7 +95,7 @@ def flow_rate(time_s: npt.ArrayLike, volume_m3: npt.ArrayLike, quantum_m3: float
     _require_uniform(time, volume)
     if not 0.0 <= quantum_m3 < np.inf:
         raise ValueError(f"quantum_m3 is a volume, not {quantum_m3}")
-    found = steady_slope(volume)
+    found = steady_slope(volume, whole=whole)
     part, duration = volume[found.start :], float(time[-1] - time[found.start])
     mean, ci95 = _slope(part, duration)
     floor = _UNSEEN_EVENTS * quantum_m3 / duration if duration > 0.0 else 0.0

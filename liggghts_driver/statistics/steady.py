@@ -94,7 +94,7 @@ def steady_part(values: npt.ArrayLike) -> Steady:
     return _verdict(rest, start, line, halves)
 
 
-def steady_slope(values: npt.ArrayLike) -> Steady:
+def steady_slope(values: npt.ArrayLike, *, whole: bool = False) -> Steady:
     """Find the part of an accumulated curve in which its slope is steady.
 
     The same rules as in `steady_part`, applied to the slope: MSER-5 and the effective samples use
@@ -107,6 +107,8 @@ def steady_slope(values: npt.ArrayLike) -> Steady:
     ----------
     values : array_like, shape (n,)
         Height of the curve, uniformly sampled, finite.
+    whole : bool
+        Whether all of the series is judged, as it is, and not the part that is best known.
 
     Raises
     ------
@@ -117,7 +119,7 @@ def steady_slope(values: npt.ArrayLike) -> Steady:
     if curve.size <= MINIMUM_SAMPLES:
         return _too_few(curve.size, MINIMUM_SAMPLES + 1)
     increments = np.diff(curve)
-    start = truncation_point(increments)
+    start = 0 if whole else truncation_point(increments)
     rest = curve[start:]
     length = rest.size - 1
     position = np.arange(rest.size) / length

@@ -1,0 +1,84 @@
+"""What a reading changes of a flow rate, seed by seed, from the reading that it differs from."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from liggghts_driver.paper.catalogue import FIRST, READINGS
+from liggghts_driver.paper.pooled import flow, of_reading
+from liggghts_driver.paper.printed import SECTIONS
+from liggghts_driver.paper.stored import NOT_RUN
+from liggghts_driver.paper.words import by_kind, capital, counted
+from liggghts_driver.report.numbers import decimals_for, fixed, number
+from liggghts_driver.studies.paired import paired_change, ratios
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from liggghts_driver.paper.catalogue import Reading
+    from liggghts_driver.paper.stored import Stored
+    from liggghts_driver.studies.paired import Change
+
+
+def change_of(stored: Stored, reading: Reading, section: str) -> Change | None:
+    """The relative change over the packings; None where nothing can be compared."""
+    own, base = _flows(stored, reading, section)
+    return paired_change(own, base)
+
+
+def remaining(stored: Stored, reading: Reading, section: str) -> list[float]:
+    """What is left of the flow rate in each packing, as a share."""
+    return ratios(*_flows(stored, reading, section))
+
+
+def _flows(stored: Stored, reading: Reading, section: str) -> list[dict[int, float]]:
+    """The flow rate of a reading, and of what it is held against, by seed."""
+    pooled = [
+        flow(of_reading(stored, each), section) for each in (reading, reading.beside or FIRST)
+    ]
+    return [{} if found is None else dict(found.values) for found in pooled]
+
+
+def is_told(change: Change) -> bool:
+    """Whether a change is more than chance between the packings would make."""
+    return change.ci95 is not None and abs(change.mean) > change.ci95
+
+
+def change_words(change: Change) -> str:
+    """A change in per cent with its interval."""
+    sign = "+" if change.mean > 0.0 else ""
+    if change.ci95 is None:
+        return f"{sign}{number(100.0 * change.mean, 2)} %, one packing"
+    decimals = decimals_for(100.0 * change.ci95)
+    mean, half = (fixed(100.0 * value, decimals) for value in (change.mean, change.ci95))
+    return f"{sign}{mean} ± {half} %"
+
+
+def sensitivity(stored: Stored) -> Iterator[str]:
+    """Which readings change the flow beyond chance, which do not, and of which it is not known."""
+    compared = 0
+    for section in SECTIONS:
+        kinds: dict[str, list[str]] = {"moves": [], "not told": [], "one": []}
+        for reading in READINGS:
+            change = change_of(stored, reading, section) if reading is not FIRST else None
+            if change is not None:
+                kind = "moves" if is_told(change) else "one" if change.ci95 is None else "not told"
+                kinds[kind].append(f"{reading.title} ({change_words(change)}{_base(reading)})")
+        told = {
+            "moves": "what changes the flow beyond chance:",
+            "not told": "no change beyond chance:",
+            "one": "chance not known:",
+        }
+        compared += len(kinds["moves"]) + len(kinds["not told"])
+        words = by_kind(told, kinds) or NOT_RUN
+        yield f"{capital(section)}, beside {FIRST.title}: {words}."
+    if compared:
+        yield (
+            f"Each interval is one of 95 %: of {counted(compared, 'comparison')} with several "
+            f"packings about {number(0.05 * compared, 1)} would seem a change by chance alone."
+        )
+
+
+def _base(reading: Reading) -> str:
+    """What a reading is held against, where it is not the first."""
+    return f", beside {reading.beside.title}" if reading.beside not in (None, FIRST) else ""

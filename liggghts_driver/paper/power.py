@@ -1,0 +1,145 @@
+"""Whether the flow goes with the gradient, or with the power that a lone particle's flight has."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Literal
+
+from liggghts_driver.paper import law
+from liggghts_driver.paper.catalogue import (
+    FOLLOWS,
+    GRADIENT,
+    MAIN,
+    PRINTED,
+    VISCOUS,
+)
+from liggghts_driver.paper.pooled import by_gradient, exponent, flows_by_gradient, lasting, missing
+from liggghts_driver.paper.printed import SECTIONS
+from liggghts_driver.paper.words import by_kind, holds, listed, short_cell
+from liggghts_driver.report.numbers import number
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Mapping, Sequence
+
+    from liggghts_driver.paper.catalogue import Series
+    from liggghts_driver.paper.pooled import Pooled
+    from liggghts_driver.paper.stored import Stored
+
+#: The power that the law has.
+_PROPORTIONAL = 1.0
+#: Half of what lies between the powers 1 and 0.74: only a narrower interval tells them apart.
+_TELLS_APART = 0.13
+
+PowerKind = Literal["proportional", "other", "not told", "one packing"]
+
+
+def power_answer(stored: Stored) -> list[str]:
+    """Whether the flow goes with the gradient or with free flight's power; what makes it linear."""
+    low, high = law.slow_gradients()
+    lone = (
+        f"Proportional would be the power 1; a lone particle's free flight goes with the power "
+        f"{number(free_flight(MAIN), 2)} from {low:g} to {high:g} Pa/m."
+    )
+    sentences = [lone]
+    kinds: dict[str, list[str]] = {"proportional": [], "other": [], "not told": []}
+    for series in (MAIN, PRINTED, FOLLOWS, VISCOUS):
+        found = {name: power_of(stored, series, name) for name in SECTIONS}
+        words = "; ".join(
+            f"{name}{_range_of(stored, series, name)}, {_power_words(stored, series, power)}"
+            for name, power in found.items()
+        )
+        sentences.append(f'"{series.name}", {series.title}: {words}.')
+        pooled = found["entrance"]
+        if pooled is not None and pooled.between is not None:
+            told = f'"{series.name}" (power {short_cell(pooled)})'
+            kinds[kind_of_power(pooled, free_flight(series))].append(told)
+    return [_linear(kinds), *sentences]
+
+
+def power_of(stored: Stored, series: Series, section: str) -> Pooled | None:
+    """The power of the gradient with which a reading's flow goes, where the law is said to hold."""
+    return exponent(flows_by_gradient(stored, series, section), fitted(series))
+
+
+def fitted(series: Series) -> Callable[[float], bool]:
+    """The gradients over which a reading's exponent is fitted: where the law is said to hold."""
+    return law.is_slow if series is not VISCOUS else _everywhere
+
+
+def _everywhere(_gradient_pa_m: float) -> bool:
+    return True
+
+
+def free_flight(series: Series) -> float:
+    """The power of the gradient with which a lone particle flies in the fluid of a reading."""
+    if series is VISCOUS:
+        low, high = law.ends_of("viscous")
+        return law.free_flight_exponent(low, high, law.scene_of("viscous", {GRADIENT: low}))
+    return law.free_flight_exponent(*law.slow_gradients())
+
+
+def kind_of_power(pooled: Pooled, free: float) -> PowerKind:
+    """Whether a flow goes with the gradient.
+
+    Only a narrow interval says so, and one without free flight's power, unless that is 1 as well.
+    """
+    if pooled.between is None:
+        return "one packing"
+    if not holds(pooled, _PROPORTIONAL):
+        return "other"
+    told = pooled.between < _TELLS_APART and not (_apart(free) and holds(pooled, free))
+    return "proportional" if told else "not told"
+
+
+def _apart(free: float) -> bool:
+    """Whether free flight has another power than the law: not where drag goes with velocity."""
+    return abs(free - _PROPORTIONAL) > _TELLS_APART
+
+
+def _linear(kinds: Mapping[str, Sequence[str]]) -> str:
+    if not any(kinds.values()):
+        return "What makes it linear is not known: no reading has an exponent with an interval yet."
+    told = {
+        "proportional": "the flow goes with the gradient in the reading",
+        "other": "the flow does not go with the gradient in the reading",
+        "not told": "proportional cannot be told from another power in the reading",
+    }
+    return f"At the entrance {by_kind(told, kinds)}."
+
+
+def _range_of(stored: Stored, series: Series, section: str) -> str:
+    """The gradients over which an exponent was fitted, and why others were not."""
+    flows = {
+        g: p for g, p in flows_by_gradient(stored, series, section).items() if fitted(series)(g)
+    }
+    chosen = list(lasting(flows))
+    late = [g for g, pooled in flows.items() if pooled.late]
+    rest = [g for g in flows if g not in chosen and g not in late]
+    fewer = [g for g in rest if min(flows[g].values.values()) > 0.0]
+    parts = [f"{chosen[0]:g} to {chosen[-1]:g} Pa/m"] if len(chosen) > 1 else []
+    parts += _at("still arriving at", late)
+    parts += _at("fewer packings at", fewer)
+    parts += _at("in some packing nothing at", [g for g in rest if g not in fewer])
+    return f" ({', '.join(parts)})" if parts else ""
+
+
+def _at(words: str, gradients: Sequence[float]) -> list[str]:
+    return [f"{words} {listed([f'{g:g}' for g in gradients])} Pa/m"] if gradients else []
+
+
+def _power_words(stored: Stored, series: Series, pooled: Pooled | None) -> str:
+    if pooled is None:
+        points = [p for some in by_gradient(stored, series).values() for p in some]
+        ran = any(point.sound for point in points)
+        return "no power to be fitted" if ran else missing(points)
+    if pooled.between is None:
+        return short_cell(pooled)
+    free = free_flight(series)
+    near = {"1": _PROPORTIONAL}
+    if _apart(free):
+        near[number(free, 2)] = free
+    held = [name for name, value in near.items() if holds(pooled, value)]
+    if not held:
+        return f"{short_cell(pooled)}, neither {' nor '.join(near)}"
+    if len(held) == len(near) > 1:
+        return f"{short_cell(pooled)}, which cannot tell {' from '.join(near)}"
+    return f"{short_cell(pooled)}, which may be {listed(held)}"

@@ -1,0 +1,92 @@
+"""Whether the flow is steady, over the second half of a run and from the paper's 10 s on."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+from liggghts_driver.paper.catalogue import MAIN
+from liggghts_driver.paper.pooled import by_gradient, flow_from, missing
+from liggghts_driver.paper.printed import MAIN_GRADIENT_PA_M, ROWS, SECTIONS, STEADY_FROM_S
+from liggghts_driver.paper.windows import WINDOW_S, rates_in_windows, second_half, uneven
+from liggghts_driver.paper.words import (
+    FLOW_UNIT,
+    capital,
+    counted,
+    judge,
+    listed,
+    short_cell,
+)
+from liggghts_driver.report.numbers import number
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from liggghts_driver.paper.stored import Point, Stored
+
+
+def steady_answer(stored: Stored) -> list[str]:
+    """Whether the flow is steady from 10 s on, as the paper has it."""
+    planned = by_gradient(stored, MAIN).get(MAIN_GRADIENT_PA_M, [])
+    points = [p for p in planned if p.sound]
+    if not points:
+        return [f"{capital(missing(planned))}."]
+    sentences = [
+        f"{capital(name)}: over the second half of the run the flow is "
+        f"{steady_words(points, name)}."
+        for name in SECTIONS
+    ]
+    sentences += [_from_then_on(points, name) for name in SECTIONS]
+    return [*sentences, _arrivals(stored)]
+
+
+def steady_words(points: Sequence[Point], section: str) -> str:
+    """In how many packings the flow is steady over the second half, and why not in the others."""
+    found = [second_half(p.sound, section) for p in points if p.sound is not None]
+    drifts = "; ".join(each.reason for each in found if not each.steady)
+    why = f" ({drifts})" if drifts else ""
+    steady = sum(each.steady for each in found)
+    return f"steady in {steady} of {counted(len(found), 'packing')}{why}"
+
+
+def _arrivals(stored: Stored) -> str:
+    """When the first particle passes the middle, at each gradient."""
+    told, early = [], False
+    for gradient, points in by_gradient(stored, MAIN).items():
+        answers = [p.sound for p in points if p.sound is not None]
+        times = [a.reached_s["middle"] for a in answers if a.reached_s["middle"] is not None]
+        if answers:
+            when = f"after {number(min(times))} s" if times else "not within the run"
+            told.append(f"{when} at {gradient:g} Pa/m")
+        early |= gradient == MAIN_GRADIENT_PA_M and min(times, default=math.inf) < STEADY_FROM_S
+    beside = "before" if early else "after"
+    return (
+        f"The first particle passes the middle, soonest of the packings, {listed(told)}; at "
+        f"{MAIN_GRADIENT_PA_M:g} Pa/m that is {beside} the {STEADY_FROM_S:g} s from which "
+        "the paper has a steady flow there."
+    )
+
+
+def _from_then_on(points: Sequence[Point], section: str) -> str:
+    """The mean from the instant on from which the paper has a steady flow, and what it averages."""
+    pooled = flow_from(points, section, STEADY_FROM_S)
+    judged = judge(pooled, ROWS[MAIN_GRADIENT_PA_M].flow_m3_s(section), FLOW_UNIT)
+    return (
+        f"{capital(section)}, from {STEADY_FROM_S:g} s to the end, as the text has it: the mean "
+        f"flow rate is {short_cell(pooled, FLOW_UNIT)}, which {judged.words}"
+        f"{_averaged(points, section)}."
+    )
+
+
+def _averaged(points: Sequence[Point], section: str) -> str:
+    """What a mean hides, where some short window is far from it."""
+    answers = [p.sound for p in points if p.sound is not None]
+    rates = rates_in_windows(answers, section, STEADY_FROM_S)
+    ends = uneven(rates)
+    if ends is None:
+        return ""
+    told = [
+        f"{number(rates[start] / FLOW_UNIT, 2)} in the {WINDOW_S:g} s from {start:g} s on"
+        for start in ends
+    ]
+    return f"; but that averages {listed(told)}: it is no steady flow"

@@ -1,0 +1,95 @@
+"""The flow rate of one run in a window of time: its own, or computed anew from its stored curve."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from liggghts_driver.paper.printed import SECTIONS
+from liggghts_driver.paper.stored import Measured
+from liggghts_driver.statistics import flow_rate
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Mapping
+
+    from liggghts_driver.paper.stored import Answer
+
+#: A window that begins as near to the middle of the run, as a share of it, is its second half.
+_AS_GOOD_AS_HALF = 0.1
+#: A section that the first particle passes later, as a share of the run, is still being reached:
+#: over the second half such a flow was seen to grow by 85 % and more.
+LATE = 0.4
+#: A window that is short beside the phases of the flow and long beside single arrivals.
+WINDOW_S = 2.5
+
+
+def second_half(answer: Answer, section: str) -> Measured:
+    """What a run says of the flow past a section in its second half.
+
+    The run's own window is the steady part, or what comes closest. That may be the whole run where
+    nothing has come for long; then the rate is computed anew.
+    """
+    own, end_s = answer.flow_m3_s[section], answer.curves.end_s
+    if own.mean is not None and abs(own.from_s / end_s - 0.5) <= _AS_GOOD_AS_HALF:
+        return own
+    return rate_from(answer, section, 0.5 * end_s)
+
+
+def rate_from(answer: Answer, section: str, from_s: float) -> Measured:
+    """The flow rate from an instant to the end [m3/s], and whether all of that is steady."""
+    curves = answer.curves
+    first = curves.sample_at(from_s)
+    volumes_m3 = 1e-9 * np.array(curves.volume_mm3[section][first:], dtype=np.float64)
+    times_s = curves.interval_s * (first + np.arange(len(volumes_m3)))
+    found = flow_rate(times_s, volumes_m3, whole=True)
+    # In a series that is too short to tell, it is infinite.
+    ci95 = found.ci95_m3_s if math.isfinite(found.ci95_m3_s) else None
+    return Measured(found.mean_m3_s, ci95, found.steady, found.steady_from_s, found.reason)
+
+
+def steady_since(answer: Answer, section: str, from_s: float) -> bool:
+    """Whether a section has been reached by an instant, and its flow is steady from then on.
+
+    A curve with a standstill in it wanders so much that a drift is not told from noise: so no
+    short window may go far from the mean either.
+    """
+    reached_s = answer.reached_s[section]
+    if reached_s is None or reached_s > from_s:
+        return False
+    even = uneven(rates_in_windows([answer], section, from_s)) is None
+    return even and rate_from(answer, section, from_s).steady
+
+
+def rates_in_windows(answers: Iterable[Answer], section: str, from_s: float) -> dict[float, float]:
+    """The flow rate in one short window after another [m3/s], by its start; over packings."""
+    found: dict[float, list[float]] = {}
+    for curves in (answer.curves for answer in answers):
+        start, step = curves.sample_at(from_s), curves.sample_at(WINDOW_S)
+        samples = len(curves.volume_mm3[section])
+        for number, first in enumerate(range(start, samples - step, step)):
+            rate = curves.rate_m3_s(section, first, first + step)
+            found.setdefault(from_s + number * WINDOW_S, []).append(rate)
+    return {time_s: float(np.mean(rates)) for time_s, rates in found.items()}
+
+
+def uneven(rates: Mapping[float, float]) -> tuple[float, float] | None:
+    """When the slowest and the fastest window begin, the first in time first; None if all are even.
+
+    Even is what goes nowhere below half or above twice the mean.
+    """
+    mean = sum(rates.values()) / len(rates)
+    slow, fast = min(rates, key=rates.__getitem__), max(rates, key=rates.__getitem__)
+    if rates[slow] >= 0.5 * mean and rates[fast] <= 2.0 * mean:
+        return None
+    return min(slow, fast), max(slow, fast)
+
+
+def comes_late(answer: Answer, section: str) -> bool:
+    """Whether the first particle passes a section late in the run, or is still on its way there."""
+    reached_s = answer.reached_s[section]
+    if reached_s is not None:
+        return reached_s > LATE * answer.curves.end_s
+    before = SECTIONS[: SECTIONS.index(section)]
+    return any(second_half(answer, name).mean for name in before)

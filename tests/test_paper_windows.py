@@ -1,0 +1,106 @@
+"""The flow rate of one run in a window of time, computed anew from its stored curve."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+from paper_results import INTERVAL_S, SAMPLES, answer, measured
+
+from liggghts_driver.paper.windows import (
+    comes_late,
+    rate_from,
+    rates_in_windows,
+    second_half,
+    steady_since,
+    uneven,
+)
+
+#: Rounding of a few operations.
+EXACT = 1e-12
+
+
+def curved(volume_mm3, from_s=0.0, mean=1e-6):
+    """A run with a volume past the entrance as a function of time [s], whose window began then."""
+    found = answer(1e-6)
+    own = replace(found.flow_m3_s["entrance"], from_s=from_s, mean=mean)
+    volume = [round(volume_mm3(INTERVAL_S * n)) for n in range(SAMPLES)]
+    curves = replace(found.curves, volume_mm3={"entrance": volume})
+    return replace(found, flow_m3_s={"entrance": own}, curves=curves)
+
+
+def from_25_s(time_s):
+    """Nothing up to 25 s, 2000 mm3/s from then on."""
+    return max(0.0, 2000.0 * (time_s - 25.0))
+
+
+def with_a_standstill(time_s):
+    """8000 mm3/s up to 15 s, nothing up to 25 s, then 2000 mm3/s."""
+    return 8000.0 * min(time_s, 15.0) + from_25_s(time_s)
+
+
+class TestTheSecondHalf:
+    def test_a_window_that_is_the_second_half_stays(self):
+        assert second_half(answer(2e-6), "entrance") == measured(2e-6, 0.02 * 2e-6)
+
+    @pytest.mark.parametrize("mean", [1e-6, 0.0, None])
+    def test_any_other_window_becomes_the_second_half(self, mean):
+        """Over the whole it would be 1000 mm3/s; the last sample is at 49.5 s, the middle 25 s."""
+        half = second_half(curved(from_25_s, mean=mean), "entrance")
+        assert half.mean == pytest.approx(2e-6, rel=EXACT)
+        assert half.from_s == pytest.approx(25.0)
+        assert half.ci95 == pytest.approx(0.0, abs=1e-9)
+        assert half.steady
+
+    def test_its_steadiness_is_that_of_the_second_half(self):
+        """The own window said that it is steady; the rate falls to zero."""
+        half = second_half(curved(lambda t: -40.0 * (50.0 - t) ** 2), "entrance")
+        assert not half.steady
+        assert half.reason.startswith("drifts: changes by")
+
+    def test_mean_and_interval_are_of_one_window(self):
+        found = rate_from(curved(with_a_standstill), "entrance", 30.0)
+        assert (found.mean, found.from_s) == (pytest.approx(2e-6, rel=EXACT), 30.0)
+
+
+class TestSteadyFromAnInstantOn:
+    def test_a_straight_curve_is(self):
+        assert steady_since(answer(2e-6), "entrance", 10.0)
+
+    def test_what_arrives_later_is_not(self):
+        assert not steady_since(answer(2e-6), "middle", 10.0)  # after 12 s
+        assert steady_since(answer(2e-6), "middle", 13.0)
+
+    def test_a_standstill_is_not_steady(self):
+        assert not steady_since(curved(with_a_standstill), "entrance", 10.0)
+        assert steady_since(curved(with_a_standstill), "entrance", 26.0)
+
+
+class TestShortWindows:
+    def test_rates(self):
+        """Volumes are whole mm3: over 2.5 s at 2000 mm3/s that is 2e-4 of the rate."""
+        found = rates_in_windows([answer(2e-6)], "entrance", 10.0)
+        assert list(found)[:3] == [10.0, 12.5, 15.0]
+        assert list(found.values()) == pytest.approx([2e-6] * 15, rel=2e-4)
+
+    def test_the_slowest_and_the_fastest_in_the_order_of_time(self):
+        assert uneven(rates_in_windows([curved(with_a_standstill)], "entrance", 10.0)) == (10, 15)
+        assert uneven({0.0: 1.0, 2.5: 0.2, 5.0: 1.0}) == (0.0, 2.5)
+
+    def test_what_stays_within_a_factor_of_two_is_even(self):
+        assert uneven({0.0: 1.0, 2.5: 1.5, 5.0: 0.8}) is None
+        assert uneven({0.0: 0.0, 2.5: 0.0}) is None
+
+
+class TestArrivals:
+    def test_later_than_four_tenths_of_the_run_is_late(self):
+        found = answer(1e-6)
+        assert not comes_late(found, "middle")
+        assert comes_late(replace(found, reached_s={"entrance": 1.0, "middle": 20.0}), "middle")
+
+    def test_a_front_that_is_still_on_its_way_is_late(self):
+        """Where the entrance is reached and flows; a blocked entrance lets nothing come."""
+        way = {"entrance": 1.0, "middle": None}
+        assert comes_late(replace(answer(1e-6, 0.0), reached_s=way), "middle")
+        assert not comes_late(replace(answer(0.0), reached_s=way), "middle")
+        assert not comes_late(replace(answer(0.0), reached_s={"entrance": None}), "entrance")
