@@ -8,6 +8,7 @@ import pytest
 from paper_results import INTERVAL_S, SAMPLES, answer, measured
 
 from liggghts_driver.paper.windows import (
+    WINDOW_S,
     comes_late,
     rate_from,
     rates_in_windows,
@@ -40,6 +41,11 @@ def with_a_standstill(time_s):
 
 
 class TestTheSecondHalf:
+    def test_a_standstill_is_not_steady_there_either(self):
+        """Four tenths of it at twice and more of the mean rate: a random walk may do so, too."""
+        half = second_half(curved(lambda t: 8000.0 * max(0.0, min(t, 45.0) - 40.0)), "entrance")
+        assert not half.steady
+
     def test_a_window_that_is_the_second_half_stays(self):
         assert second_half(answer(2e-6), "entrance") == measured(2e-6, 0.02 * 2e-6)
 
@@ -85,11 +91,17 @@ class TestShortWindows:
 
     def test_the_slowest_and_the_fastest_in_the_order_of_time(self):
         assert uneven(rates_in_windows([curved(with_a_standstill)], "entrance", 10.0)) == (10, 15)
-        assert uneven({0.0: 1.0, 2.5: 0.2, 5.0: 1.0}) == (0.0, 2.5)
+        assert uneven({0.0: 1e-6, 2.5: 2e-7, 5.0: 1e-6}) == (0.0, 2.5)
 
     def test_what_stays_within_a_factor_of_two_is_even(self):
-        assert uneven({0.0: 1.0, 2.5: 1.5, 5.0: 0.8}) is None
-        assert uneven({0.0: 0.0, 2.5: 0.0}) is None
+        assert uneven({0.0: 1.0e-6, 2.5: 1.5e-6, 5.0: 0.8e-6}) is None
+
+    def test_so_few_particles_are_uneven_by_chance(self):
+        """8 and 40 particles, 22 on average: 8, 88 and 40 are more than chance."""
+        particle_m3_s = 14.1e-9 / WINDOW_S
+        assert uneven({0.0: 8 * particle_m3_s, 2.5: 40 * particle_m3_s}) is None
+        assert uneven({0.0: 8 * particle_m3_s, 2.5: 88 * particle_m3_s}) is not None
+        assert uneven({0.0: 0.0}) is uneven({}) is None
 
 
 class TestArrivals:

@@ -10,7 +10,11 @@ import numpy as np
 
 from liggghts_driver.paper.catalogue import GRADIENT, sweep_file
 from liggghts_driver.paper.printed import LARGEST_REYNOLDS, TABLE_1
-from liggghts_driver.physics.drag import free_flight_speed_m_s, pressure_force_n
+from liggghts_driver.physics.drag import (
+    drag_coefficient_n_s_m,
+    free_flight_speed_m_s,
+    pressure_force_n,
+)
 from liggghts_driver.physics.drag import reynolds as reynolds_of
 from liggghts_driver.prediction import predict
 from liggghts_driver.resources import cases_dir
@@ -93,6 +97,18 @@ def free_flight_reynolds(gradient_pa_m: float, scene: Scene | None = None) -> fl
     fluid, radius = _flier(scene)
     speed = free_flight_m_s(gradient_pa_m, scene)
     return float(reynolds_of(fluid.density, fluid.viscosity, radius, speed))
+
+
+def pressure_force_on_one_n(gradient_pa_m: float) -> float:
+    """The force of the gradient on the example's mean particle (Eq. 20)."""
+    return pressure_force_n(_flier(None)[1], gradient_pa_m)
+
+
+def drag_on_one_at_rest_n(fluid_speed_m_s: float) -> float:
+    """The drag of passing fluid on the example's mean particle, held at rest (Eqs. 17-19)."""
+    fluid, radius = _flier(None)
+    coefficient = drag_coefficient_n_s_m(fluid.density, fluid.viscosity, radius, fluid_speed_m_s)
+    return float(coefficient) * fluid_speed_m_s
 
 
 def _flier(scene: Scene | None) -> tuple[Fluid, float]:

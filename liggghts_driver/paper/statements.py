@@ -170,12 +170,17 @@ def _outside() -> Statement:
     flux = float(np.asarray(law.law(MAIN_GRADIENT_PA_M).darcy_flux_m_s))
     overtaken = flux / scene.piston.acceleration
     end = scene.piston.acceleration * scene.time.duration / flux
+    middle_s = 0.5 * scene.time.duration
+    drag = law.drag_on_one_at_rest_n(scene.piston.acceleration * middle_s)
+    ratio = drag / law.pressure_force_on_one_n(MAIN_GRADIENT_PA_M)
     words = (
         f"The fluid before the specimen goes with a t: at {MAIN_GRADIENT_PA_M:g} Pa/m with "
         f"{number(end, 2)} times the Darcy flux at {scene.time.duration:g} s, and "
         f"with more than it from {number(overtaken, 2)} s on. An incompressible fluid has one flux "
         "everywhere; inside the specimen it is at rest in the simulation (v_f = 0), and q in the "
-        "law."
+        f"law. By Eq. 18 its drag on a particle that waits before the specimen is "
+        f"{number(ratio, 2)} times the force of that gradient on one inside, at {middle_s:g} s: "
+        "not the gradient but this drag presses the particles in."
     )
     title = "v_f = a t outside, v_f = 0 inside, and an incompressible fluid"
     return Statement(title, words, "together" if overtaken >= scene.time.duration else "clash")

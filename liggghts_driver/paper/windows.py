@@ -23,6 +23,8 @@ _AS_GOOD_AS_HALF = 0.1
 LATE = 0.4
 #: A window that is short beside the phases of the flow and long beside single arrivals.
 WINDOW_S = 2.5
+#: The volume of 25 particles: of so many in a window chance seldom lets half or twice come.
+_FEWEST_M3 = 25 * 14.1e-9
 
 
 def second_half(answer: Answer, section: str) -> Measured:
@@ -38,7 +40,11 @@ def second_half(answer: Answer, section: str) -> Measured:
 
 
 def rate_from(answer: Answer, section: str, from_s: float) -> Measured:
-    """The flow rate from an instant to the end [m3/s], and whether all of that is steady."""
+    """The flow rate from an instant to the end [m3/s], and whether all of that is steady.
+
+    A curve with a standstill in it wanders so much that a drift is not told from noise: so no
+    short window may go far from the mean either.
+    """
     curves = answer.curves
     first = curves.sample_at(from_s)
     volumes_m3 = 1e-9 * np.array(curves.volume_mm3[section][first:], dtype=np.float64)
@@ -46,20 +52,19 @@ def rate_from(answer: Answer, section: str, from_s: float) -> Measured:
     found = flow_rate(times_s, volumes_m3, whole=True)
     # In a series that is too short to tell, it is infinite.
     ci95 = found.ci95_m3_s if math.isfinite(found.ci95_m3_s) else None
-    return Measured(found.mean_m3_s, ci95, found.steady, found.steady_from_s, found.reason)
+    reason = found.reason
+    if found.steady and uneven(rates_in_windows([answer], section, from_s)) is not None:
+        reason = f"in {WINDOW_S:g} s it goes below half or above twice the mean"
+    steady = found.steady and reason == found.reason
+    return Measured(found.mean_m3_s, ci95, steady, found.steady_from_s, reason)
 
 
 def steady_since(answer: Answer, section: str, from_s: float) -> bool:
-    """Whether a section has been reached by an instant, and its flow is steady from then on.
-
-    A curve with a standstill in it wanders so much that a drift is not told from noise: so no
-    short window may go far from the mean either.
-    """
+    """Whether a section has been reached by an instant, and its flow is steady from then on."""
     reached_s = answer.reached_s[section]
     if reached_s is None or reached_s > from_s:
         return False
-    even = uneven(rates_in_windows([answer], section, from_s)) is None
-    return even and rate_from(answer, section, from_s).steady
+    return rate_from(answer, section, from_s).steady
 
 
 def rates_in_windows(answers: Iterable[Answer], section: str, from_s: float) -> dict[float, float]:
@@ -77,9 +82,12 @@ def rates_in_windows(answers: Iterable[Answer], section: str, from_s: float) -> 
 def uneven(rates: Mapping[float, float]) -> tuple[float, float] | None:
     """When the slowest and the fastest window begin, the first in time first; None if all are even.
 
-    Even is what goes nowhere below half or above twice the mean.
+    Even is what goes nowhere below half or above twice the mean, and a flow of so few particles
+    that chance alone makes it do so.
     """
-    mean = sum(rates.values()) / len(rates)
+    mean = sum(rates.values()) / len(rates) if rates else 0.0
+    if mean < _FEWEST_M3 / WINDOW_S:
+        return None
     slow, fast = min(rates, key=rates.__getitem__), max(rates, key=rates.__getitem__)
     if rates[slow] >= 0.5 * mean and rates[fast] <= 2.0 * mean:
         return None
