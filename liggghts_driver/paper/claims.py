@@ -9,9 +9,10 @@ from typing import TYPE_CHECKING
 from liggghts_driver.paper.agreement import velocity_sides, velocity_words
 from liggghts_driver.paper.catalogue import FOLLOWS, TABLE_READINGS
 from liggghts_driver.paper.friction import obstruction
-from liggghts_driver.paper.pooled import by_gradient, flow, flows_by_gradient, missing
-from liggghts_driver.paper.power import free_flight, kind_of_power, power_of
+from liggghts_driver.paper.pooled import by_gradient, flow, flows_by_gradient, missing, of_series
+from liggghts_driver.paper.power import free_flight, kind_of_power, no_power, power_of
 from liggghts_driver.paper.printed import MAIN_GRADIENT_PA_M, ROWS, SECTIONS, STEADY_FROM_S
+from liggghts_driver.paper.stored import NOT_RUN
 from liggghts_driver.paper.validity import course_of, sides_words
 from liggghts_driver.paper.verdict import reading_verdicts
 from liggghts_driver.paper.windows import steady_since
@@ -142,10 +143,8 @@ def _power(stored: Stored, series: Series) -> Finding:
     powers = {name: power_of(stored, series, name) for name in SECTIONS}
     known = {name: power for name, power in powers.items() if power is not None}
     if not known:
-        points = [p for some in by_gradient(stored, series).values() for p in some]
-        ran = any(point.sound for point in points)
-        words = "no power to be fitted" if ran else missing(points)
-        return words, "not decided" if ran else "not run yet"
+        words = no_power(stored, series)
+        return words, "not run yet" if words == NOT_RUN else "not decided"
     kinds = [kind_of_power(power, free_flight(series)) for power in known.values()]
     words = listed([f"{short_cell(power)} at the {name}" for name, power in known.items()])
     return f"power {words}", _both(_OF_POWER[kind] for kind in kinds)
@@ -156,8 +155,7 @@ def _law(stored: Stored, series: Series) -> Finding:
     several = {name: flows_by_gradient(stored, series, name) for name in SECTIONS}
     known = {name: flows for name, flows in several.items() if flows}
     if not known:
-        points = [p for some in by_gradient(stored, series).values() for p in some]
-        return missing(points), "not run yet"
+        return missing(of_series(stored, series)), "not run yet"
     words = listed([f"{name}, {sides_words(flows)}" for name, flows in known.items()])
     return words, _both(_OF_COURSE[course_of(flows)] for flows in known.values())
 
@@ -166,8 +164,7 @@ def _velocity(stored: Stored, series: Series) -> Finding:
     """Whether the mean velocity is in the paper's range at its gradients."""
     sides = velocity_sides(stored, series)
     if not sides:
-        points = [p for some in by_gradient(stored, series).values() for p in some]
-        return missing(points), "not run yet"
+        return missing(of_series(stored, series)), "not run yet"
     of_side: dict[str, Verdict] = {"in the range": "yes", "below it": "no", "above it": "no"}
     verdicts = [of_side.get(side, "not decided") for side, some in sides.items() for _ in some]
     return velocity_words(sides), _both(verdicts)

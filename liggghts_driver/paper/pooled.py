@@ -134,6 +134,11 @@ def by_gradient(stored: Stored, series: Series) -> dict[float, list[Point]]:
     return dict(sorted(found.items()))
 
 
+def of_series(stored: Stored, series: Series) -> list[Point]:
+    """The points of a reading at all its gradients."""
+    return [p for points in by_gradient(stored, series).values() for p in points]
+
+
 def of_reading(stored: Stored, reading: Reading) -> list[Point]:
     """The points of a reading."""
     return [p for p in stored.points(reading.sweep) if _has(p.values, reading.values)]

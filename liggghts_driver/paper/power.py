@@ -12,7 +12,7 @@ from liggghts_driver.paper.catalogue import (
     PRINTED,
     VISCOUS,
 )
-from liggghts_driver.paper.pooled import by_gradient, exponent, flows_by_gradient, lasting, missing
+from liggghts_driver.paper.pooled import exponent, flows_by_gradient, lasting, missing, of_series
 from liggghts_driver.paper.printed import SECTIONS
 from liggghts_driver.paper.words import by_kind, holds, listed, short_cell
 from liggghts_driver.report.numbers import number
@@ -126,11 +126,15 @@ def _at(words: str, gradients: Sequence[float]) -> list[str]:
     return [f"{words} {listed([f'{g:g}' for g in gradients])} Pa/m"] if gradients else []
 
 
+def no_power(stored: Stored, series: Series) -> str:
+    """Why there is no power: too few gradients with a lasting flow, or no run at all."""
+    points = of_series(stored, series)
+    return "no power to be fitted" if any(p.sound for p in points) else missing(points)
+
+
 def _power_words(stored: Stored, series: Series, pooled: Pooled | None) -> str:
     if pooled is None:
-        points = [p for some in by_gradient(stored, series).values() for p in some]
-        ran = any(point.sound for point in points)
-        return "no power to be fitted" if ran else missing(points)
+        return no_power(stored, series)
     if pooled.between is None:
         return short_cell(pooled)
     free = free_flight(series)
