@@ -60,10 +60,10 @@ class TestFigures:
         assert (low, high) == pytest.approx((1.0, 1.0 + 0.9 * 2.484), rel=1e-3)  # t / sqrt(3)
         assert arrow.lines[2][0].get_segments()[0][:, 1] == pytest.approx((0.4, 1.0))
 
-    def test_a_rate_that_the_front_still_reaches_is_pale(self):
-        late = replace(answer(1e-6), reached_s={"entrance": 1.0, "middle": 30.0})  # of 50 s
+    def test_a_rate_that_still_comes_up_is_pale(self):
+        up = replace(answer(1e-6), reached_s={"entrance": 1.0, "middle": None})
         points = tuple(
-            point(p.values, p.replicate, late if p.values[GRADIENT] == 1.0 else answer(1e-6))
+            point(p.values, p.replicate, up if p.values[GRADIENT] == 1.0 else answer(1e-6))
             for p in linear().points("gradient")
         )
         stored = Stored({"gradient": with_points(linear(), "gradient", points)})

@@ -9,7 +9,7 @@ from paper_results import INTERVAL_S, SAMPLES, answer, measured
 
 from liggghts_driver.paper.windows import (
     WINDOW_S,
-    comes_late,
+    comes_up,
     rate_from,
     rates_in_windows,
     second_half,
@@ -104,15 +104,21 @@ class TestShortWindows:
         assert uneven({0.0: 0.0}) is uneven({}) is None
 
 
-class TestArrivals:
-    def test_later_than_four_tenths_of_the_run_is_late(self):
-        found = answer(1e-6)
-        assert not comes_late(found, "middle")
-        assert comes_late(replace(found, reached_s={"entrance": 1.0, "middle": 20.0}), "middle")
+class TestComingUp:
+    @pytest.mark.parametrize(("growth", "expected"), [(1.2, False), (1.4, True), (0.5, False)])
+    def test_from_the_third_quarter_to_the_last(self, growth, expected):
+        """1000 mm3/s up to 37.5 s, then so many times as much."""
+        found = curved(lambda t: 1000.0 * (t + (growth - 1.0) * max(0.0, t - 37.5)))
+        assert comes_up(found, "entrance") == expected
 
-    def test_a_front_that_is_still_on_its_way_is_late(self):
+    def test_a_few_particles_more_are_chance(self):
+        """Twice as many in the last quarter: 8 and 16 particles, or 80 and 160."""
+        assert not comes_up(curved(lambda t: 9.0 * (t + max(0.0, t - 37.5))), "entrance")
+        assert comes_up(curved(lambda t: 90.0 * (t + max(0.0, t - 37.5))), "entrance")
+
+    def test_a_front_that_is_still_on_its_way_does(self):
         """Where the entrance is reached and flows; a blocked entrance lets nothing come."""
         way = {"entrance": 1.0, "middle": None}
-        assert comes_late(replace(answer(1e-6, 0.0), reached_s=way), "middle")
-        assert not comes_late(replace(answer(0.0), reached_s=way), "middle")
-        assert not comes_late(replace(answer(0.0), reached_s={"entrance": None}), "entrance")
+        assert comes_up(replace(answer(1e-6, 0.0), reached_s=way), "middle")
+        assert not comes_up(replace(answer(0.0), reached_s=way), "middle")
+        assert not comes_up(replace(answer(0.0), reached_s={"entrance": None}), "entrance")

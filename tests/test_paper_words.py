@@ -71,12 +71,13 @@ class TestPooling:
         assert found.mean == pytest.approx(2e-6, rel=2e-5)
         assert found.steady == 1
 
-    def test_what_comes_late_is_told(self):
+    def test_what_still_comes_up_is_told(self):
+        """It flows at the entrance: it may come to the middle yet."""
         found = answer(1e-6)
-        late = replace(found, reached_s={"entrance": 21.0, "middle": None})
-        several = [point({}, 0, found), point({}, 1, late)]
-        assert flow(several, "entrance").late == 1
-        assert flow(several, "middle").late == 1  # it flows at the entrance: it may come yet
+        on_its_way = replace(found, reached_s={"entrance": 21.0, "middle": None})
+        several = [point({}, 0, found), point({}, 1, on_its_way)]
+        assert flow(several, "entrance").rising == 0
+        assert flow(several, "middle").rising == 1
 
     def test_packings_that_are_alike_by_chance_are_judged_by_their_time(self):
         found = pooled(1.0, 1.0, own=0.1)
@@ -134,9 +135,9 @@ class TestExponents:
         assert exponent(flows).mean == pytest.approx(1.0, rel=1e-9)
         assert (1.0, 2.0) not in local_exponents(flows)
 
-    def test_a_flow_that_is_still_arriving_has_no_power(self):
+    def test_a_flow_that_still_comes_up_has_no_power(self):
         flows = self.flows(1.0)
-        flows[1.0] = replace(flows[1.0], values={0: 1e-9}, late=1)
+        flows[1.0] = replace(flows[1.0], values={0: 1e-9}, rising=1)
         assert exponent(flows).mean == pytest.approx(1.0, rel=1e-9)
         assert (1.0, 2.0) not in local_exponents(flows)
 
@@ -184,10 +185,10 @@ class TestJudgements:
         assert judge(pooled(1.9199, 1.9201), 2.0).kind == "undecided"
         assert judge(pooled(1.7999, 1.8001), 2.0).kind == "differs"
 
-    def test_a_front_that_still_arrives_decides_nothing(self):
-        found = judge(replace(pooled(1.49, 1.5, 1.51), late=1), 2.0)
-        assert found.kind == "arriving"
-        assert found.words == "is 25 % below 2.00, but particles still arrive"
+    def test_a_flow_that_still_comes_up_decides_nothing(self):
+        found = judge(replace(pooled(1.49, 1.5, 1.51), rising=1), 2.0)
+        assert found.kind == "rising"
+        assert found.words == "is 25 % below 2.00, but still comes up"
 
     def test_without_a_number_nothing_is_said(self):
         assert judge(None, 1.0).words == NOT_RUN
@@ -216,10 +217,10 @@ class TestCells:
         assert short_cell(pooled(2.0)) == "2.00 (one packing)"
         assert short_cell(None) == NOT_RUN
 
-    def test_what_drifts_or_is_still_arriving_is_marked(self):
+    def test_what_drifts_or_still_comes_up_is_marked(self):
         drifting = pool({0: measured(1.0, 0.1), 1: measured(1.0, 0.1, steady=False)})
         assert cell(drifting).endswith("(2) ~")
-        assert short_cell(replace(drifting, late=1)).endswith("(2) ~ →")
+        assert short_cell(replace(drifting, rising=1)).endswith("(2) ~ →")
         assert short_cell(replace(pooled(2.0), steady=0)) == "2.00 (one packing) ~"
 
     @pytest.mark.parametrize(

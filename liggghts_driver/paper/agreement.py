@@ -35,7 +35,7 @@ _KINDS: dict[Kind, str] = {
     "agrees": "within our interval",
     "differs": "outside",
     "undecided": "not decided",
-    "arriving": "where our flow is still arriving",
+    "rising": "where our flow still comes up",
     "one packing": "known from one packing alone",
     "unknown": "not known yet",
 }

@@ -60,8 +60,8 @@ _PAPER_RANGE: Any = {"color": INK, "linewidth": 4.0, "solid_capstyle": "butt"}
 _FREE_FLIGHT: Any = {"color": GREY, "linewidth": 1.0}
 #: How far an arrow goes down, as a share of the mean, where the interval goes on to zero.
 _ARROW = 0.6
-#: How opaque a rate is drawn that the front still reaches late in the run.
-_ARRIVING = 0.4
+#: How opaque a rate is drawn that still comes up at the end of the run.
+_RISING = 0.4
 
 
 def paint_flow(stored: Stored, figure: Figure) -> None:
@@ -139,7 +139,7 @@ def _flows(
     groups: dict[tuple[str, float], dict[float, Pooled]] = {}
     for gradient, pooled in flows.items():
         if pooled.mean > 0.0:
-            look = (face(pooled, colour), _ARRIVING if pooled.late else 1.0)
+            look = (face(pooled, colour), _RISING if pooled.rising else 1.0)
             groups.setdefault(look, {})[gradient] = pooled
     for (filled, alpha), some in groups.items():
         style = {"fmt": marker, "color": colour, "mfc": filled, "alpha": alpha}

@@ -22,8 +22,8 @@ from liggghts_driver.paper.stored import NOT_RUN
 from liggghts_driver.paper.validity import validity_answer
 from liggghts_driver.paper.verdict import reading_answer
 from liggghts_driver.paper.what_if import what_if_answer
-from liggghts_driver.paper.windows import LATE
-from liggghts_driver.paper.words import ARRIVING, DRIFTS, capital, counted
+from liggghts_driver.paper.windows import GROWTH
+from liggghts_driver.paper.words import DRIFTS, RISING, capital, counted
 from liggghts_driver.report.numbers import number
 from liggghts_driver.resources import templates_dir
 
@@ -33,9 +33,9 @@ if TYPE_CHECKING:
     from liggghts_driver.paper.stored import Stored
 
 _STEADY_LEGEND = (
-    f"{DRIFTS}: over the second half the flow is not steady in some packing. {ARRIVING}: in some "
-    f"packing the first particle came after {LATE:g} of the run or later: the front is still "
-    "arriving, and no exponent is drawn through such a rate."
+    f"{DRIFTS}: over the second half the flow is not steady in some packing. {RISING}: in some "
+    f"packing the last quarter of the run has more than {GROWTH:g} times the rate of the quarter "
+    "before: the flow still comes up, and its rate is left out of the exponents."
 )
 
 

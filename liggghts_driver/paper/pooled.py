@@ -11,7 +11,7 @@ import numpy as np
 
 from liggghts_driver.paper.catalogue import GRADIENT
 from liggghts_driver.paper.stored import NOT_RUN
-from liggghts_driver.paper.windows import comes_late, rate_from, second_half
+from liggghts_driver.paper.windows import comes_up, rate_from, second_half
 from liggghts_driver.statistics import students_half_width
 
 if TYPE_CHECKING:
@@ -38,8 +38,8 @@ class Pooled:
         Of each packing, by its seed.
     steady
         In how many of them it was steady.
-    late
-        In how many of them the first particle came so late that it is no lasting flow yet.
+    rising
+        In how many of them the flow still comes up at the end of the run: no lasting flow yet.
     """
 
     mean: float
@@ -47,7 +47,7 @@ class Pooled:
     in_time: float | None
     values: Mapping[int, float]
     steady: int
-    late: int = 0
+    rising: int = 0
 
     @property
     def packings(self) -> int:
@@ -93,8 +93,8 @@ def flow(points: Iterable[Point], section: str) -> Pooled | None:
     """
     sound = {p.seed: p.sound for p in points if p.sound is not None}
     pooled = pool({seed: second_half(found, section) for seed, found in sound.items()})
-    late = sum(comes_late(found, section) for found in sound.values())
-    return None if pooled is None else replace(pooled, late=late)
+    rising = sum(comes_up(found, section) for found in sound.values())
+    return None if pooled is None else replace(pooled, rising=rising)
 
 
 def flow_from(points: Iterable[Point], section: str, from_s: float) -> Pooled | None:
@@ -201,7 +201,7 @@ def lasting(flows: Mapping[float, Pooled]) -> dict[float, Pooled]:
 
 def has_power(pooled: Pooled) -> bool:
     """Whether it may enter a power of the gradient: a lasting flow, in each of the packings."""
-    return not pooled.late and min(pooled.values.values()) > 0.0
+    return not pooled.rising and min(pooled.values.values()) > 0.0
 
 
 def local_exponents(flows: Mapping[float, Pooled]) -> dict[tuple[float, float], Pooled]:

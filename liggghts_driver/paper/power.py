@@ -112,11 +112,11 @@ def _range_of(stored: Stored, series: Series, section: str) -> str:
         g: p for g, p in flows_by_gradient(stored, series, section).items() if fitted(series)(g)
     }
     chosen = list(lasting(flows))
-    late = [g for g, pooled in flows.items() if pooled.late]
-    rest = [g for g in flows if g not in chosen and g not in late]
+    rising = [g for g, pooled in flows.items() if pooled.rising]
+    rest = [g for g in flows if g not in chosen and g not in rising]
     fewer = [g for g in rest if min(flows[g].values.values()) > 0.0]
     parts = [f"{chosen[0]:g} to {chosen[-1]:g} Pa/m"] if len(chosen) > 1 else []
-    parts += _at("still arriving at", late)
+    parts += _at("still coming up at", rising)
     parts += _at("fewer packings at", fewer)
     parts += _at("in some packing nothing at", [g for g in rest if g not in fewer])
     return f" ({', '.join(parts)})" if parts else ""

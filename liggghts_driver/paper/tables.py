@@ -46,8 +46,8 @@ if TYPE_CHECKING:
 
 #: Velocities are said in millimetres per second.
 _VELOCITY_UNIT = 1e-3
-#: In place of an exponent where a flow is still arriving.
-_ARRIVES = "arriving"
+#: In place of an exponent where a flow still comes up.
+_RISES = "still coming up"
 
 
 def table(heads: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
@@ -163,8 +163,8 @@ def _exponent_cell(
     pair: tuple[float, float] | None,
 ) -> str:
     """An exponent; a dash where it is not wanted, or both ran and nothing flows at one of them."""
-    if pair is not None and any(g in flows and flows[g].late for g in pair):
-        return _ARRIVES
+    if pair is not None and any(g in flows and flows[g].rising for g in pair):
+        return _RISES
     if pair is None or (pair not in local and set(pair) <= set(flows)):
         return NONE
     return short_cell(local.get(pair))

@@ -25,9 +25,9 @@ if TYPE_CHECKING:
 _FEWEST = 3
 #: What may be said of a flow beside the law's line, in the order in which it is told.
 _ABOVE, _OPEN, _ON, _BELOW = "above it", "not told from it", "on it", "below it"
-_ONE, _LATE = "known from one packing alone", "still arriving"
-_SIDES = (_ABOVE, _OPEN, _ON, _BELOW, _ONE, _LATE)
-_SIDE_OF = {"agrees": _ON, "undecided": _OPEN, "one packing": _ONE, "arriving": _LATE}
+_ONE, _RISES = "known from one packing alone", "still coming up"
+_SIDES = (_ABOVE, _OPEN, _ON, _BELOW, _ONE, _RISES)
+_SIDE_OF = {"agrees": _ON, "undecided": _OPEN, "one packing": _ONE, "rising": _RISES}
 
 #: Whether a flow follows the law as far as this is said to hold, and leaves it beyond.
 Course = Literal["followed", "farther", "left", "not told"]

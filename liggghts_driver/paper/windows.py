@@ -9,6 +9,7 @@ import numpy as np
 
 from liggghts_driver.paper.printed import SECTIONS
 from liggghts_driver.paper.stored import Measured
+from liggghts_driver.physics.spheres import sphere_volume_m3
 from liggghts_driver.statistics import flow_rate
 
 if TYPE_CHECKING:
@@ -18,13 +19,17 @@ if TYPE_CHECKING:
 
 #: A window that begins as near to the middle of the run, as a share of it, is its second half.
 _AS_GOOD_AS_HALF = 0.1
-#: A section that the first particle passes later, as a share of the run, is still being reached:
-#: over the second half such a flow was seen to grow by 85 % and more.
-LATE = 0.4
+#: A flow whose rate grows by more than this factor from the third quarter of a run to the last is
+#: still coming up: its mean over the second half is no lasting rate.
+GROWTH = 1.25
 #: A window that is short beside the phases of the flow and long beside single arrivals.
 WINDOW_S = 2.5
-#: The volume of 25 particles: of so many in a window chance seldom lets half or twice come.
-_FEWEST_M3 = 25 * 14.1e-9
+#: Of a particle of the paper's mean radius, 1.5 mm.
+PARTICLE_M3 = sphere_volume_m3(1.5e-3)
+#: Of so many particles in a window chance seldom lets half or twice come.
+_FEWEST_M3 = 25 * PARTICLE_M3
+#: Standard deviations of a count that chance seldom exceeds.
+_CHANCE = 3.0
 
 
 def second_half(answer: Answer, section: str) -> Measured:
@@ -94,10 +99,16 @@ def uneven(rates: Mapping[float, float]) -> tuple[float, float] | None:
     return min(slow, fast), max(slow, fast)
 
 
-def comes_late(answer: Answer, section: str) -> bool:
-    """Whether the first particle passes a section late in the run, or is still on its way there."""
-    reached_s = answer.reached_s[section]
-    if reached_s is not None:
-        return reached_s > LATE * answer.curves.end_s
-    before = SECTIONS[: SECTIONS.index(section)]
-    return any(second_half(answer, name).mean for name in before)
+def comes_up(answer: Answer, section: str) -> bool:
+    """Whether a flow still grows at the end of a run, or is still on its way to a section."""
+    curves = answer.curves
+    if answer.reached_s[section] is None:
+        before = SECTIONS[: SECTIONS.index(section)]
+        return any(second_half(answer, name).mean for name in before)
+    half, three = (curves.sample_at(share * curves.end_s) for share in (0.5, 0.75))
+    earlier, later = (
+        curves.interval_s * (last - first) * curves.rate_m3_s(section, first, last)
+        for first, last in ((half, three), (three, len(curves.piston_x_um) - 1))
+    )
+    by_chance = _CHANCE * math.sqrt((earlier + later) / PARTICLE_M3)
+    return later > GROWTH * earlier and (later - earlier) / PARTICLE_M3 > by_chance

@@ -19,12 +19,12 @@ FLOW_UNIT = 1e-6
 WIDEST = 0.25
 #: Share of a flow rate by which the settings of the runs may be off, beside the finest ones.
 SETTINGS_ERROR = 0.05
-#: Set behind a number with a run that drifts, and with one that the first particles reach late.
-DRIFTS, ARRIVING = "~", "→"
+#: Set behind a number with a run that drifts, and with one whose flow still comes up.
+DRIFTS, RISING = "~", "→"
 
 #: Whether something that the paper says holds.
 Verdict = Literal["yes", "no", "in part", "not decided", "not run yet"]
-Kind = Literal["agrees", "undecided", "differs", "arriving", "one packing", "unknown"]
+Kind = Literal["agrees", "undecided", "differs", "rising", "one packing", "unknown"]
 
 
 @dataclass(frozen=True)
@@ -47,9 +47,9 @@ class Judgement:
 def judge(pooled: Pooled | None, reference: float, scale: float = 1.0) -> Judgement:
     """A mean over packings held against a number, by the interval between the packings.
 
-    One packing decides nothing: how much another would differ is not known; nor does a flow whose
-    front still arrives. What the settings may be off is no part of the interval; a difference that
-    this can explain is not decided.
+    One packing decides nothing: how much another would differ is not known; nor does a flow that
+    still comes up. What the settings may be off is no part of the interval; a difference that this
+    can explain is not decided.
 
     Parameters
     ----------
@@ -66,15 +66,15 @@ def judge(pooled: Pooled | None, reference: float, scale: float = 1.0) -> Judgem
     off = pooled.mean - reference
     side = "above" if off > 0.0 else "below"
     apart = f"is {_percent(off / reference)} {side} {other}"
-    if pooled.late:
-        return Judgement("arriving", f"{apart}, but particles still arrive")
+    if pooled.rising:
+        return Judgement("rising", f"{apart}, but still comes up")
     if half is None:
         return Judgement("one packing", f"{apart} in one packing, which decides nothing")
     if abs(off) > half + SETTINGS_ERROR * abs(pooled.mean):
         return Judgement("differs", apart, side)
     if half > WIDEST * abs(reference):
         wide = _percent(half / reference)
-        return Judgement("undecided", f"is known to ± {wide} of {other} only")
+        return Judgement("undecided", f"is too uncertain (± {wide}) to compare with {other}")
     if abs(off) > half:
         return Judgement("undecided", f"{apart}, which interval and settings together may explain")
     return Judgement("agrees", f"agrees with {other} within its interval")
@@ -107,9 +107,9 @@ def holds(pooled: Pooled, value: float) -> bool:
 
 
 def marks(pooled: Pooled) -> str:
-    """What is to be known of a number: that a run drifts, that the front reaches it late."""
+    """What is to be known of a number: that a run drifts, that a flow still comes up."""
     drifts = f" {DRIFTS}" if pooled.steady < pooled.packings else ""
-    return f"{drifts} {ARRIVING}" if pooled.late else drifts
+    return f"{drifts} {RISING}" if pooled.rising else drifts
 
 
 def short_cell(pooled: Pooled | None, scale: float = 1.0, without: str = NOT_RUN) -> str:
