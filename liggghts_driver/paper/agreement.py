@@ -7,14 +7,12 @@ from typing import TYPE_CHECKING, Literal
 
 from liggghts_driver.paper import law
 from liggghts_driver.paper.catalogue import TABLE_READINGS
-from liggghts_driver.paper.pooled import by_gradient, flow, velocity
+from liggghts_driver.paper.pooled import by_gradient, flow, velocity, velocity_range
 from liggghts_driver.paper.printed import ROWS, SECTIONS, TABLE_1
 from liggghts_driver.paper.stored import NOT_RUN
 from liggghts_driver.paper.windows import second_half
 from liggghts_driver.paper.words import (
     DRIFTS,
-    SETTINGS_ERROR,
-    capital,
     counted,
     judge,
     listed,
@@ -26,7 +24,6 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from liggghts_driver.paper.catalogue import Series
-    from liggghts_driver.paper.pooled import Pooled
     from liggghts_driver.paper.stored import Stored
     from liggghts_driver.paper.words import Kind
 
@@ -39,8 +36,8 @@ _KINDS: dict[Kind, str] = {
     "one packing": "known from one packing alone",
     "unknown": "not known yet",
 }
-#: How a mean velocity lies to a printed range.
-Side = Literal["in the range", "below it", "above it", "not told from it", "one packing"]
+#: How the range of our mean velocity in time lies to the printed one, which is in time as well.
+Side = Literal["within it", "overlapping it", "below it", "above it", "one packing"]
 
 
 def flow_agreement(stored: Stored) -> Iterator[str]:
@@ -54,11 +51,11 @@ def flow_agreement(stored: Stored) -> Iterator[str]:
             for section in SECTIONS
         )
         if kinds["unknown"] == kinds.total():
-            yield f"{capital(reading.title)}: {NOT_RUN}."
+            yield f"*{reading.name}*: {NOT_RUN}."
             continue
         parts = [f"{kinds[kind]} {words}" for kind, words in _KINDS.items() if kinds[kind]]
         yield (
-            f"{capital(reading.title)}: of {kinds.total()} simulated flow rates of Table 1, "
+            f"*{reading.name}*: of {kinds.total()} simulated flow rates of Table 1, "
             f"{listed(parts)}."
         )
 
@@ -73,12 +70,11 @@ def _steady(stored: Stored) -> Iterator[str]:
 
 
 def velocity_agreement(stored: Stored) -> Iterator[str]:
-    """How our mean velocity, with its interval, lies to the paper's range."""
+    """How our mean velocity lies to the paper's range."""
     for reading in TABLE_READINGS:
         words = velocity_words(velocity_sides(stored, reading))
         if words:
-            start = f"{capital(reading.title)}: beside the paper's range, the mean velocity is"
-            yield f"{start} {words}."
+            yield f"*{reading.name}*: beside the paper's range, ours is {words}."
         yield from _pushed(stored, reading)
 
 
@@ -86,9 +82,10 @@ def velocity_sides(stored: Stored, series: Series) -> dict[Side, list[str]]:
     """How the mean velocity lies to the paper's range, each with the gradients where it does so."""
     sides: dict[Side, list[str]] = {}
     for gradient, points in by_gradient(stored, series).items():
-        mean = velocity(points)
-        if mean is not None and gradient in ROWS:
-            side = _beside(mean, ROWS[gradient].velocity_m_s)
+        reach = velocity_range(points)
+        if reach is not None and gradient in ROWS:
+            several = sum(point.sound is not None for point in points) > 1
+            side = _beside(reach, ROWS[gradient].velocity_m_s) if several else "one packing"
             sides.setdefault(side, []).append(f"{gradient:g}")
     return sides
 
@@ -99,21 +96,14 @@ def velocity_words(sides: dict[Side, list[str]]) -> str:
     return listed([f"{told.get(s, s)} at {listed(some)} Pa/m" for s, some in sides.items()])
 
 
-def _beside(mean: Pooled, printed: tuple[float, float]) -> Side:
-    """Where the interval of a velocity lies beside a printed range; one packing decides nothing.
-
-    What the settings may be off can explain a difference, as for flow rates.
-    """
-    half = mean.interval
-    if half is None:
-        return "one packing"
-    low, high = mean.mean - half, mean.mean + half
-    if printed[0] <= low and high <= printed[1]:
-        return "in the range"
-    off = SETTINGS_ERROR * mean.mean
-    if high + off < printed[0]:
+def _beside(ours: tuple[float, float], printed: tuple[float, float]) -> Side:
+    """Where a range lies beside another, both from the smallest to the largest value in time."""
+    if ours[1] < printed[0]:
         return "below it"
-    return "above it" if low - off > printed[1] else "not told from it"
+    if ours[0] > printed[1]:
+        return "above it"
+    within = printed[0] <= ours[0] and ours[1] <= printed[1]
+    return "within it" if within else "overlapping it"
 
 
 def _pushed(stored: Stored, reading: Series) -> Iterator[str]:
@@ -122,7 +112,7 @@ def _pushed(stored: Stored, reading: Series) -> Iterator[str]:
         mean, free = velocity(points), law.free_flight_m_s(gradient)
         if mean is not None and mean.interval is not None and mean.mean - mean.interval > free:
             yield (
-                f"{capital(reading.title)}: at {gradient:g} Pa/m the mean velocity, "
+                f"*{reading.name}*: at {gradient:g} Pa/m the mean velocity, "
                 f"{short_cell(mean, 1e-3)} mm/s, is above that of free flight, "
                 f"{number(1e3 * free)} mm/s, although grains stand in the way: something pushes "
                 "from behind. (It is that of the flowing particles; those that are held do not "

@@ -86,8 +86,8 @@ class Reading:
     control: bool = False
 
 
-FIRST = Reading("fluid outside with the piston", "gradient", {GRADIENT: 10.0})
-AS_PRINTED = Reading("outside v_f = a t, for ever", "outside_fluid", {GRADIENT: 10.0}, FIRST)
+FIRST = Reading(MAIN.name, "gradient", {GRADIENT: 10.0})
+AS_PRINTED = Reading(PRINTED.name, "outside_fluid", {GRADIENT: 10.0}, FIRST)
 #: What whole grains are held against: cut ones at the fraction at which whole ones fit.
 CUT_AT_HALF = Reading("cut grains (0.50)", "grains", {"specimen.cut": "bulk"}, FIRST, control=True)
 READINGS = (

@@ -67,7 +67,7 @@ def sensitivity(stored: Stored) -> Iterator[str]:
         told = {
             "moves": "what changes the flow beyond chance:",
             "not told": "no change beyond chance:",
-            "one": "chance not known:",
+            "one": "one packing only:",
         }
         compared += len(kinds["moves"]) + len(kinds["not told"])
         words = by_kind(told, kinds) or NOT_RUN

@@ -22,6 +22,7 @@ from liggghts_driver.report.numbers import number
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Sequence
 
+    from liggghts_driver.paper.agreement import Side
     from liggghts_driver.paper.catalogue import Series
     from liggghts_driver.paper.power import PowerKind
     from liggghts_driver.paper.stored import Answer, Point, Stored
@@ -39,6 +40,10 @@ _OF_COURSE: dict[Course, Verdict] = {
 }  # fmt: skip
 
 
+_OF_SIDE: dict[Side, Verdict] = {
+    "within it": "yes", "overlapping it": "in part", "below it": "no", "above it": "no",
+    "one packing": "not decided",
+}  # fmt: skip
 #: What is said of one reading, and of several.
 _COUNTED: dict[Verdict, tuple[str, str]] = {
     "yes": ("agrees", "agree"),
@@ -75,7 +80,11 @@ def claims(stored: Stored) -> list[Claim]:
             (*TABLE_READINGS, FOLLOWS),
         ),
         _of(stored, "The law gives the flow rate up to Re of about 10, and not beyond", _law),
-        _of(stored, "The velocity of the flowing particles is in the ranges of Table 1", _velocity),
+        _of(
+            stored,
+            "The velocity of the flowing particles is within the ranges of Table 1",
+            _velocity,
+        ),
         Claim("Friction may obstruct the entrance", *obstruction(stored)),
     ]
 
@@ -165,8 +174,7 @@ def _velocity(stored: Stored, series: Series) -> Finding:
     sides = velocity_sides(stored, series)
     if not sides:
         return missing(of_series(stored, series)), "not run yet"
-    of_side: dict[str, Verdict] = {"in the range": "yes", "below it": "no", "above it": "no"}
-    verdicts = [of_side.get(side, "not decided") for side, some in sides.items() for _ in some]
+    verdicts = [_OF_SIDE[side] for side, some in sides.items() for _ in some]
     return velocity_words(sides), _both(verdicts)
 
 

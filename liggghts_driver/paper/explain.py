@@ -7,17 +7,22 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from liggghts_driver.paper import law
-from liggghts_driver.paper.catalogue import MAIN, TABLE_READINGS
+from liggghts_driver.paper.catalogue import (
+    AS_PRINTED,
+    FRICTIONS,
+    MAIN,
+    READINGS,
+    TABLE_READINGS,
+)
 from liggghts_driver.paper.changes import sensitivity
-from liggghts_driver.paper.pooled import by_gradient, flow, velocity
+from liggghts_driver.paper.pooled import by_gradient, of_reading, velocity
 from liggghts_driver.paper.printed import MAIN_GRADIENT_PA_M, ROWS
-from liggghts_driver.physics.spheres import sphere_volume_m3
 from liggghts_driver.report.numbers import number
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
+    from collections.abc import Iterator
 
-    from liggghts_driver.paper.stored import Answer, Point, Stored
+    from liggghts_driver.paper.stored import Answer, Stored
 
 
 def explain_answer(stored: Stored) -> list[str]:
@@ -26,30 +31,47 @@ def explain_answer(stored: Stored) -> list[str]:
 
 
 def _crowding(stored: Stored) -> Iterator[str]:
-    """A flow rate over velocity and pores: how much of the pores flows, in the paper and here."""
+    """How much of the pores particles fill, how much of that flows, and how fast."""
     points = by_gradient(stored, MAIN).get(MAIN_GRADIENT_PA_M, [])
-    speed, rate = velocity(points), flow(points, "entrance")
-    scene, row = law.example(), ROWS[MAIN_GRADIENT_PA_M]
-    if speed is None or rate is None:
+    speed, row = velocity(points), ROWS[MAIN_GRADIENT_PA_M]
+    answers = [point.sound for point in points if point.sound is not None]
+    if speed is None or not answers:
         return
-    printed = law.flowing_share(row.entrance_m3_s, float(np.mean(row.velocity_m_s)))
-    ours = law.flowing_share(rate.mean, speed.mean)
-    free = law.free_flight_m_s(MAIN_GRADIENT_PA_M)
-    slow, printed_slow = (v / free for v in (speed.mean, float(np.mean(row.velocity_m_s))))
-    yield (
-        f"Flow rate over velocity and pores is the share of the pores that flows: "
-        f"{number(printed, 2)} in the paper's numbers at {MAIN_GRADIENT_PA_M:g} Pa/m (the "
-        f"reservoir has {scene.particles.volume_fraction:g}), {number(ours, 2)} in ours. Ours flow "
-        f"at {number(slow, 2)} of free flight, the paper's at {number(printed_slow, 2)}: "
-        f"{_denser(ours, printed, slow, printed_slow)}"
+    printed_speed = float(np.mean(row.velocity_m_s))
+    printed = law.flowing_share(row.entrance_m3_s, printed_speed)
+    inside, flowing = (
+        float(np.mean(counts)) * law.share_of_one()
+        for counts in ([a.inside for a in answers], [a.flowing for a in answers])
     )
-    filled = _filled(points)
-    if filled is not None:
-        yield (
-            f"At the end of our runs particles fill {number(filled, 2)} of the specimen's pores, "
-            "those that are held among them."
-        )
+    free = law.free_flight_m_s(MAIN_GRADIENT_PA_M)
+    yield (
+        f"At the end particles fill {number(inside, 2)} of the specimen's pores, those that flow "
+        f"{number(flowing, 2)}; flow rate over velocity and pores, the share that flows, is "
+        f"{number(printed, 2)} in the paper's numbers at {MAIN_GRADIENT_PA_M:g} Pa/m, as in the "
+        f"reservoir. Ours go at {number(speed.mean / free, 2)} of free flight, the paper's at "
+        f"{number(printed_speed / free, 2)}."
+    )
+    yield from _held_back(stored)
     yield from _piled(stored)
+
+
+def _held_back(stored: Stored) -> Iterator[str]:
+    """How the velocity goes with the number of particles inside, over readings of one gradient."""
+    found = {}
+    for reading in (*READINGS, *FRICTIONS):
+        points = of_reading(stored, reading)
+        answers = [point.sound for point in points if point.sound is not None]
+        speed = velocity(points)
+        if reading is not AS_PRINTED and speed is not None:
+            found[float(np.mean([a.inside for a in answers]))] = speed.mean
+    if len(found) > 1:
+        few, many = min(found), max(found)
+        low, high = (number(1e3 * v) for v in (min(found.values()), max(found.values())))
+        yield (
+            f"The other readings and frictions at this gradient have {number(round(few))} to "
+            f"{number(round(many))} particles inside at the end, and mean velocities of {low} to "
+            f"{high} mm/s: mainly the grains hold particles back, and not their number."
+        )
 
 
 def _piled(stored: Stored) -> Iterator[str]:
@@ -62,9 +84,10 @@ def _piled(stored: Stored) -> Iterator[str]:
         if found:
             dense = float(np.mean(found))
             yield (
-                f"Between piston and entrance particles fill {number(dense, 2)} of the channel "
-                f"when the runs end ({series.title}): {number(dense / fraction, 2)} times the "
-                f"{fraction:g} that the law counts with from the reservoir to the exit."
+                f"*{series.name}*: between piston and entrance particles fill {number(dense, 2)} "
+                f"of the channel when the runs end, {number(dense / fraction, 2)} times the "
+                f"{fraction:g} that the law counts with from the reservoir to the exit. (Grains "
+                "that reach into the channel are not taken off: the bed is denser still.)"
             )
 
 
@@ -77,22 +100,3 @@ def _before_entrance(answer: Answer) -> float:
     all_m3 = scene.particles.volume_fraction * area_m2 * -places_m[0]
     past_m3 = answer.curves.volume_mm3["entrance"][-1] * 1e-9
     return float((all_m3 - past_m3) / (area_m2 * -places_m[-1]))
-
-
-def _denser(ours: float, printed: float, slow: float, printed_slow: float) -> str:
-    if ours > printed and slow < printed_slow:
-        return "particles in ours are denser and slower, each in the other's way."
-    if ours < printed and slow > printed_slow:
-        return "particles in ours are more dilute and faster."
-    return "the two differ otherwise than by crowding."
-
-
-def _filled(points: Sequence[Point]) -> float | None:
-    """The share of the pores that particles fill at the end, over the packings."""
-    scene = law.example()
-    specimen, radius = scene.specimen, scene.particles.radius_mean
-    inside = [p.sound.inside for p in points if p.sound is not None]
-    if not inside or specimen is None or radius is None:
-        return None
-    pores_m3 = specimen.length * specimen.width**2 * (1.0 - specimen.solid_fraction)
-    return float(np.mean(inside)) * sphere_volume_m3(radius) / pores_m3

@@ -102,7 +102,7 @@ def paint_what_if(stored: Stored, figure: Figure) -> None:
     handles = [
         Line2D([], [], color=INK, linestyle=DASHED, label="law"),
         Line2D([], [], color=INK, linestyle=":", label="law, said not to hold"),
-        Line2D([], [], color=GREY, linewidth=0.8, label="the paper's value"),
+        Line2D([], [], color=GREY, linewidth=0.8, label="input as in the paper"),
         *(
             Line2D([], [], color=c, marker="o", linestyle="none", label=f"simulation, {s}")
             for s, c in SECTION_COLOURS.items()
@@ -131,6 +131,7 @@ def paint_readings(stored: Stored, figure: Figure) -> None:
             _reading(axes, place, flow(of_reading(stored, reading), section), section)
         axes.set(ylim=(len(readings) - 0.5, -0.5))
         axes.set_xlim(left=0.0, right=_WIDEST_RATE)
+        axes.set_xticks(range(5))
         axes.set_title(section, fontsize="medium")
         axes.grid(visible=False, axis="y")
     titles = [reading.title for reading in readings]

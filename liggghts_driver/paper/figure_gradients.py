@@ -44,18 +44,18 @@ if TYPE_CHECKING:
     from liggghts_driver.paper.stored import Stored
 
 _LOW, _HIGH = 0.4, 130.0
-#: Series, colour, marker, and how far aside it stands, so that intervals do not cover each other.
+#: Series, colour, marker, and how far aside it stands: so little that it is at its gradient still.
 _LOOKS: tuple[tuple[Series, str, str, float], ...] = (
-    (ALL_GRADIENTS, BLUE, "o", 0.87),
-    (PRINTED, VERMILION, "s", 1.15),
-    (FOLLOWS, GREEN, "^", 1.28),
+    (ALL_GRADIENTS, BLUE, "o", 1.0),
+    (PRINTED, VERMILION, "s", 1.04),
+    (FOLLOWS, GREEN, "^", 0.96),
 )
 #: The paper's stands in front of the others, with a rim that parts them.
 _PAPER: Any = {
     "color": INK, "marker": "D", "markersize": 5.5, "linestyle": "none", "zorder": 4.0,
     "markeredgecolor": "white", "markeredgewidth": 0.5,
 }  # fmt: skip
-_EXPONENTS = (-0.3, 2.0)
+_EXPONENTS = (-0.3, 1.5)
 _PAPER_RANGE: Any = {"color": INK, "linewidth": 4.0, "solid_capstyle": "butt"}
 _FREE_FLIGHT: Any = {"color": GREY, "linewidth": 1.0}
 #: How far an arrow goes down, as a share of the mean, where the interval goes on to zero.
@@ -113,7 +113,8 @@ def paint_velocity(stored: Stored, figure: Figure) -> None:
             mean, reach = velocity(points), velocity_range(points)
             if mean is not None and reach is not None:
                 axes.plot([aside * gradient] * 2, [1e3 * v for v in reach], color=colour)
-                axes.plot(aside * gradient, 1e3 * mean.mean, marker, color=colour, markersize=5)
+                look: Any = {"color": colour, "markersize": 5, "mfc": face(mean, colour)}
+                axes.plot(aside * gradient, 1e3 * mean.mean, marker, **look)
     _dress(axes)
     axes.set(xlabel="pressure gradient [Pa/m]", ylabel="velocity of the flowing particles [mm/s]")
     handles = _handles(looks, paper=False)

@@ -80,8 +80,7 @@ def paint_main(stored: Stored, figure: Figure) -> None:
         below.set(xlabel="time [s]", xlim=(0.0, _end()))
     grid[0, 0].set_ylabel("volume of particles [cm³]")
     grid[1, 0].set_ylabel("piston [mm]")
-    slope = Line2D([], [], color=GREY, linestyle=":", label="slope of the paper's DEM")
-    figure.legend(handles=[*_handles(), slope], loc="outside upper left", ncols=2)
+    figure.legend(handles=[*_handles(), _slope_handle()], loc="outside upper left", ncols=2)
 
 
 def paint_gradients(stored: Stored, figure: Figure) -> None:
@@ -90,12 +89,15 @@ def paint_gradients(stored: Stored, figure: Figure) -> None:
     for line, row in enumerate(TABLE_1):
         for column, reading in enumerate(TABLE_READINGS):
             axes = grid[line, column]
-            _panel(axes, by_gradient(stored, reading).get(row.gradient_pa_m, []), row.gradient_pa_m)
+            points = by_gradient(stored, reading).get(row.gradient_pa_m, [])
+            _panel(axes, points, row.gradient_pa_m)
+            for section in SECTIONS:
+                _printed_slope(axes, points, section, row.flow_m3_s(section))
         grid[line, 0].set_ylabel(f"{row.gradient_pa_m:g} Pa/m\n[cm³]")
     for column, reading in enumerate(TABLE_READINGS):
         grid[0, column].set_title(reading.name, fontsize="medium")
         grid[-1, column].set(xlabel="time [s]", xlim=(0.0, _end()))
-    figure.legend(handles=_handles(), loc="outside upper left", ncols=2)
+    figure.legend(handles=[*_handles(), _slope_handle()], loc="outside upper left", ncols=2)
 
 
 def paint_friction(stored: Stored, figure: Figure) -> None:
@@ -170,3 +172,7 @@ def _printed_slope(axes: Axes, points: Sequence[Point], section: str, flow_m3_s:
 def _handles() -> list[Line2D]:
     lines = [Line2D([], [], color=c, label=f"past the {s}") for s, c in SECTION_COLOURS.items()]
     return [*lines, Line2D([], [], color=INK, linestyle=DASHED, label="law, entrance")]
+
+
+def _slope_handle() -> Line2D:
+    return Line2D([], [], color=GREY, linestyle=":", label="slope of the paper's DEM")

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from liggghts_driver.paper.words import Verdict
 
 #: A flow below this share of that without friction has come to a stop.
-_STOPPED = 0.02
+STOPPED = 0.02
 
 
 def friction_answer(stored: Stored) -> list[str]:
@@ -30,14 +30,16 @@ def _sentence(stored: Stored, reading: Reading) -> str:
         return f"{capital(reading.title)}: {_nothing_to_compare(stored, reading)}."
     sweep = stored.sweeps.get(reading.sweep)
     rolling = sweep.settings.get("contact.rolling_friction", 0.0) if sweep else 0.0
-    stopped = sum(share < _STOPPED for share in left)
-    end = f"not obstructed: {number(100.0 * (1.0 + change.mean), 2)} % remains"
-    if stopped:
-        count = f"{stopped} of {counted(len(left), 'packing')}"
-        end = f"the entrance is obstructed in {count}, as the paper says may happen"
+    stopped = sum(share < STOPPED for share in left)
+    count = f"{stopped} of {counted(len(left), 'packing')}"
+    end = (
+        f"; the entrance is obstructed in {count}, as the paper says may happen" if stopped else ""
+    )
+    share = number(100.0 * (1.0 + change.mean), 2)
+    half = "" if change.ci95 is None else f" ± {number(100.0 * change.ci95, 2)}"
     return (
-        f"{capital(reading.title)}, rolling {rolling:g}: the flow rate at the entrance over "
-        f"the second half changes by {change_words(change)}; {end}."
+        f"{capital(reading.title)}, rolling {rolling:g}: {share}{half} % of the flow past the "
+        f"entrance remains, {counted(len(left), 'packing')}{end}."
     )
 
 
@@ -64,6 +66,6 @@ def _verdict(left: list[float]) -> Verdict:
     """Something that may happen does so if it happens once; that it does not takes several runs."""
     if not left:
         return "not run yet"
-    if min(left) < _STOPPED:
+    if min(left) < STOPPED:
         return "yes"
     return "no" if len(left) > 1 else "not decided"

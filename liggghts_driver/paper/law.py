@@ -8,17 +8,20 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from liggghts_driver.loads import piston_mass_kg as piston_mass_of
 from liggghts_driver.paper.catalogue import GRADIENT, sweep_file
-from liggghts_driver.paper.printed import LARGEST_REYNOLDS, TABLE_1
+from liggghts_driver.paper.printed import LARGEST_REYNOLDS, PARTICLES, TABLE_1
 from liggghts_driver.physics.drag import (
     drag_coefficient_n_s_m,
     free_flight_speed_m_s,
     pressure_force_n,
 )
 from liggghts_driver.physics.drag import reynolds as reynolds_of
+from liggghts_driver.physics.spheres import sphere_volume_m3
 from liggghts_driver.prediction import predict
 from liggghts_driver.resources import cases_dir
 from liggghts_driver.scene import read_scene
+from liggghts_driver.scene.layout import layout, mean_particle_volume_m3
 from liggghts_driver.sweeps.draft import scene_with
 from liggghts_driver.sweeps.plan import make_plan
 
@@ -48,10 +51,21 @@ def ends_of(sweep: str) -> tuple[float, float]:
 
 def flowing_share(flow_m3_s: float, velocity_m_s: float) -> float:
     """Flow rate over velocity and pores: the share of the example's pores that flows."""
+    return flow_m3_s / (_pores_m2() * velocity_m_s)
+
+
+def share_of_one() -> float:
+    """The share of the specimen's pores that one mean particle fills."""
     specimen = example().specimen
     assert specimen is not None
-    pores_m2 = specimen.width**2 * (1.0 - specimen.solid_fraction)
-    return flow_m3_s / (pores_m2 * velocity_m_s)
+    return sphere_volume_m3(_flier(None)[1]) / (_pores_m2() * specimen.length)
+
+
+def _pores_m2() -> float:
+    """The pores in a section of the specimen."""
+    specimen = example().specimen
+    assert specimen is not None
+    return specimen.width**2 * (1.0 - specimen.solid_fraction)
 
 
 def law(gradient_pa_m: float) -> Estimate:
@@ -97,6 +111,21 @@ def free_flight_reynolds(gradient_pa_m: float, scene: Scene | None = None) -> fl
     fluid, radius = _flier(scene)
     speed = free_flight_m_s(gradient_pa_m, scene)
     return float(reynolds_of(fluid.density, fluid.viscosity, radius, speed))
+
+
+@cache
+def piston_mass_kg() -> float:
+    """The mass of the first reading's piston: that of the suspension before it."""
+    scene = example()
+    volume_m3 = PARTICLES * mean_particle_volume_m3(scene.particles)
+    return piston_mass_of(scene, layout(scene), volume_m3)
+
+
+def piston_force_n() -> float:
+    """What pushes it at every gradient: its mass times its acceleration."""
+    piston = example().piston
+    assert piston is not None
+    return piston_mass_kg() * piston.acceleration
 
 
 def pressure_force_on_one_n(gradient_pa_m: float) -> float:

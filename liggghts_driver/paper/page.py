@@ -13,9 +13,11 @@ from liggghts_driver.paper.claims import claims
 from liggghts_driver.paper.cost import cost_sentence, cost_table
 from liggghts_driver.paper.explain import explain_answer
 from liggghts_driver.paper.figures import DRAWINGS, SNAPSHOTS, first_run
-from liggghts_driver.paper.friction import friction_answer
+from liggghts_driver.paper.friction import STOPPED, friction_answer
+from liggghts_driver.paper.phases import phases_answer
 from liggghts_driver.paper.power import power_answer
 from liggghts_driver.paper.printed import TABLE_1
+from liggghts_driver.paper.push import push_answer, push_table
 from liggghts_driver.paper.statements import slips, statements
 from liggghts_driver.paper.steadiness import steady_answer
 from liggghts_driver.paper.stored import NOT_RUN
@@ -71,6 +73,13 @@ def context_of(stored: Stored) -> dict[str, Any]:
         "velocities": list(velocity_agreement(stored)),
         "steady_legend": _STEADY_LEGEND,
         "readings": reading_answer(stored),
+        "phases": phases_answer(stored),
+        "push": list(push_answer(stored)),
+        "piston": {
+            "mass": number(law.piston_mass_kg(), 2),
+            "force": number(1e3 * law.piston_force_n(), 2),
+        },
+        "stopped": number(100.0 * STOPPED, 1),
         "reynolds": _reynolds(),
         "power": power_answer(stored),
         "steady": steady_answer(stored),
@@ -85,6 +94,7 @@ def context_of(stored: Stored) -> dict[str, Any]:
             "flow": tables.flow_table(stored),
             "velocity": tables.velocity_table(stored),
             "readings": tables.readings_table(stored),
+            "push": push_table(stored),
             "exponents": tables.exponent_table(stored),
             "validity": tables.validity_table(stored),
             "runs": tables.runs_table(stored),

@@ -26,9 +26,8 @@ from liggghts_driver.paper.printed import (
     STEADY_FROM_S,
     TABLE_1,
 )
-from liggghts_driver.paper.words import listed
+from liggghts_driver.paper.words import FLOW_UNIT, listed
 from liggghts_driver.physics.drag import pressure_force_n
-from liggghts_driver.physics.spheres import sphere_volume_m3
 from liggghts_driver.prediction import darcy_inputs
 from liggghts_driver.report.numbers import number
 from liggghts_driver.scene.layout import mean_particle_volume_m3
@@ -59,7 +58,16 @@ class Statement:
 
 def statements() -> list[Statement]:
     """What was found of the physics, the weightiest first."""
-    return [_drag(), _velocities(), _travel(), _piston(), _outside(), _closed(), _grains()]
+    return [
+        _drag(),
+        _velocities(),
+        _piston_at_ten(),
+        _travel(),
+        _piston(),
+        _outside(),
+        _closed(),
+        _grains(),
+    ]
 
 
 def slips() -> list[str]:
@@ -141,27 +149,48 @@ def _travel() -> Statement:
 
 
 def _piston() -> Statement:
-    scene = law.example()
-    assert scene.piston is not None
-    assert scene.particles.radius_mean is not None
-    acceleration, radius = scene.piston.acceleration, scene.particles.radius_mean
-    mass = PARTICLES * scene.particles.density * sphere_volume_m3(radius)
-    push = mass * acceleration
+    radius = law.example().particles.radius_mean
+    assert radius is not None
+    push = law.piston_force_n()
     forces = {
         row.gradient_pa_m: PARTICLES * pressure_force_n(radius, row.gradient_pa_m)
         for row in TABLE_1
     }
     first, last = TABLE_1[0].gradient_pa_m, TABLE_1[-1].gradient_pa_m
     words = (
-        f"A piston that weighs as much as the particles, {number(mass)} kg, is pushed with "
-        f"{number(1e3 * push, 2)} mN at every gradient. The pressure gradient pushes all "
-        f"{number(PARTICLES)} particles together with {number(1e3 * forces[first], 2)} mN at "
-        f"{first:g} Pa/m and "
-        f"{number(1e3 * forces[last], 2)} mN at {last:g} Pa/m, and those inside the specimen with "
-        "less. What such a piston drives cannot go with a gradient that it does not feel."
+        f"A piston that weighs as much as the suspension before it, {number(law.piston_mass_kg())} "
+        f"kg, is pushed with {number(1e3 * push, 2)} mN at every gradient. The pressure gradient "
+        f"pushes all {number(PARTICLES)} particles together with {number(1e3 * forces[first], 2)} "
+        f"mN at {first:g} Pa/m and {number(1e3 * forces[last], 2)} mN at {last:g} Pa/m, and those "
+        "inside the specimen with less. What such a piston drives cannot go with a gradient that "
+        "it does not feel."
     )
     title = "One piston for all gradients, and flow rates proportional to the gradient"
     return Statement(title, words, "together" if push < forces[first] else "clash")
+
+
+def _piston_at_ten() -> Statement:
+    scene, printed = law.example(), ROWS[MAIN_GRADIENT_PA_M].entrance_m3_s
+    assert scene.piston is not None
+    assert scene.specimen is not None
+    assert scene.particles.volume_fraction is not None
+    area_m2 = scene.specimen.width**2
+    length_m = PARTICLES * mean_particle_volume_m3(scene.particles) / area_m2
+    length_m /= scene.particles.volume_fraction
+    speed = scene.piston.acceleration * STEADY_FROM_S
+    way_m = 0.5 * speed * STEADY_FROM_S
+    swept = speed * area_m2 * scene.particles.volume_fraction
+    words = (
+        f"With {1e3 * scene.piston.acceleration:g} mm/s² the piston has gone "
+        f"{number(1e3 * way_m)} of {number(1e3 * length_m)} mm at {STEADY_FROM_S:g} s, and goes at "
+        f"{number(1e3 * speed, 2)} mm/s, if nothing holds it yet. It sweeps up particles at "
+        f"{number(swept / FLOW_UNIT, 2)} × 10⁻⁶ m³/s then, {number(swept / printed, 2)} "
+        "times what Table 1 has past the entrance. Only a dense bed can hold it, and that needs "
+        "the particles that it has still to sweep up."
+    )
+    together = way_m >= length_m or swept <= printed
+    title = f"A piston that starts from rest, and a steady flow from {STEADY_FROM_S:g} s on"
+    return Statement(title, words, "together" if together else "clash")
 
 
 def _outside() -> Statement:

@@ -131,7 +131,8 @@ def _crossing(sides: Mapping[float, str]) -> str:
     decided = [(g, side) for g, side in sides.items() if side in (_ABOVE, _BELOW)]
     changes = [(a, b) for (a, one), (b, other) in pairwise(decided) if one != other]
     places = listed([f"{low:g} and {high:g} Pa/m" for low, high in changes])
-    return f"; it crosses the line between {places}" if changes else ""
+    told = f"; it crosses the line between {places}, which is a crossing and no agreement"
+    return told if changes else ""
 
 
 def _along(flows: Mapping[float, Pooled]) -> str:

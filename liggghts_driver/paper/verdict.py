@@ -109,7 +109,7 @@ def _verdict(held: Sequence[_Held]) -> str:
         "yes": "both sections agree in",
         "no": "one or both differ in",
         "not decided": "it is not told in",
-        "one": "one packing, which decides nothing, has",
+        "one": "one packing alone has",
         "none": "there is no flow rate yet of",
     }
     return (

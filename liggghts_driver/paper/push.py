@@ -1,0 +1,64 @@
+"""What pushes particles: the gradient inside the cube, the piston or the fluid before it."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from liggghts_driver.paper import law
+from liggghts_driver.paper.catalogue import AS_PRINTED, FIRST, MAIN, READINGS
+from liggghts_driver.paper.changes import change_of, change_words
+from liggghts_driver.paper.pooled import by_gradient, flow, missing
+from liggghts_driver.paper.printed import MAIN_GRADIENT_PA_M, SECTIONS
+from liggghts_driver.paper.tables import table
+from liggghts_driver.paper.words import FLOW_UNIT, short_cell
+from liggghts_driver.report.numbers import NONE, number
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from liggghts_driver.paper.stored import Stored
+
+
+def push_table(stored: Stored) -> str:
+    """The force of the gradient on all particles inside at the end, beside the piston's."""
+    rows = []
+    for gradient, points in by_gradient(stored, MAIN).items():
+        inside = [p.sound.inside for p in points if p.sound is not None]
+        rate = short_cell(flow(points, "entrance"), FLOW_UNIT, missing(points))
+        cells = [missing(points), NONE, NONE]
+        if inside:
+            count = float(np.mean(inside))
+            force = count * law.pressure_force_on_one_n(gradient)
+            cells = [
+                number(round(count)),
+                number(1e3 * force, 2),
+                number(law.piston_force_n() / force, 2),
+            ]
+        rows.append([f"{gradient:g}", *cells, rate])
+    heads = ["Pa/m", "particles inside at the end", "force of the gradient on them, mN"]
+    return table([*heads, "the piston's over it", "flow past the entrance, 10⁻⁶ m³/s"], rows)
+
+
+def push_answer(stored: Stored) -> Iterator[str]:
+    """What a lighter piston changes, and what the fluid of the printed reading does instead."""
+    scene = law.example()
+    assert scene.piston is not None
+    for reading in READINGS:
+        mass = reading.values.get("piston.mass")
+        changes = {name: change_of(stored, reading, name) for name in SECTIONS}
+        known = {name: change for name, change in changes.items() if change is not None}
+        if mass is not None and len(known) == len(SECTIONS):
+            told = " and ".join(f"{change_words(c)} past the {name}" for name, c in known.items())
+            lighter = number(law.piston_mass_kg() / mass, 2)
+            yield f"A piston {lighter} times lighter ({mass:g} kg) makes {told}."
+    middle_s = 0.5 * scene.time.duration
+    drag = law.drag_on_one_at_rest_n(scene.piston.acceleration * middle_s)
+    ratio = number(drag / law.pressure_force_on_one_n(MAIN_GRADIENT_PA_M), 2)
+    yield (
+        f"In *{AS_PRINTED.title}* the fluid before the cube presses too: its drag on a particle "
+        f"that waits there is {ratio} times the force of {MAIN_GRADIENT_PA_M:g} Pa/m on one "
+        f"inside, at {middle_s:g} s (Eq. 18). So more enters than in *{FIRST.title}*, and it hangs "
+        "on the gradient even less."
+    )
