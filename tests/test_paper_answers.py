@@ -34,15 +34,15 @@ class TestAnswers:
         """Entrance 1.9 and middle 1.52, of the paper's 1.97 and 1.86, ± 0.14 between packings."""
         found = reading_answer(linear())
         assert found[0].startswith("No: over the second half, held against 1.97 at the entrance")
-        assert "one or both differ in with the piston, v_f = a t" in found[0]
-        assert "At the entrance alone with the piston, v_f = a t" in found[0]
+        assert "one or both differ in *with the piston*, *v_f = a t*" in found[0]
+        assert "At the entrance alone *with the piston*, *v_f = a t*" in found[0]
         assert not any(NOT_RUN in sentence for sentence in found)
 
     def test_one_packing_decides_nothing(self):
         """Not even at half the paper's flow rate."""
         found = reading_answer(shipped(lambda s, v, n: 1e-6 if n == 0 else None))[0]
         assert found.startswith("Not decided: ")
-        assert "one packing alone has with the piston" in found
+        assert "one packing alone has *with the piston*" in found
 
     def test_one_reading_that_differs_leaves_the_others_open(self):
         """The second has the paper's flow rates, in one packing."""
@@ -54,7 +54,7 @@ class TestAnswers:
 
         found = reading_answer(every(made))[0]
         assert found.startswith("Not decided: ")
-        assert "one or both differ in with the piston; one packing" in found
+        assert "one or both differ in *with the piston*; one packing" in found
 
     def test_a_control_is_no_reading(self):
         """Cut grains at 0.50 have the paper's flow rates: they are not what the paper has."""
@@ -65,13 +65,13 @@ class TestAnswers:
             return answer(1.2e-6 * (1.0 + 0.01 * replicate))
 
         stored = every(made)
-        assert "both sections agree in whole grains inside (0.50);" in reading_answer(stored)[0]
+        assert "both sections agree in *whole grains inside (0.50)*;" in reading_answer(stored)[0]
 
     def test_what_the_settings_may_explain_is_not_decided(self):
         """Entrance 4 % below and middle 4 % above with hardly any spread: within 5 %."""
         found = reading_answer(self.gradient_alone(1.97e-6 * 0.96, 1.86e-6 * 1.04))[0]
         assert found.startswith("Not decided: ")
-        assert "it is not told in with the piston;" in found
+        assert "it is not told in *with the piston*;" in found
 
     def test_the_two_outside_fluids_on_both_sides_of_the_paper(self):
         def rule(sweep, values, replicate):
@@ -93,17 +93,17 @@ class TestAnswers:
     def test_both_sections_must_agree(self):
         found = reading_answer(self.gradient_alone(1.97e-6, 1.86e-6))[0]
         assert found.startswith("Yes: ")
-        assert "both sections agree in with the piston;" in found
+        assert "both sections agree in *with the piston*;" in found
         found = reading_answer(self.gradient_alone(1.97e-6, 1.2e-6))[0]
-        assert "one or both differ in with the piston;" in found
-        assert found.endswith("At the entrance alone with the piston would agree.")
+        assert "one or both differ in *with the piston*;" in found
+        assert found.endswith("At the entrance alone *with the piston* would agree.")
 
     def test_proportional_flow(self):
         found = power_answer(linear())
         assert found[0].startswith(
-            'At the entrance the flow goes with the gradient in the reading "with the piston"'
+            "At the entrance the flow goes with the gradient in *with the piston*"
         )
-        main = next(s for s in found if s.startswith('"with the piston"'))
+        main = next(s for s in found if s.startswith("*with the piston*"))
         assert "entrance (1 to 10 Pa/m), 1.00" in main
         assert "which may be 1;" in main
 
@@ -166,7 +166,7 @@ class TestAnswers:
 
         found = next(s for s in explain.explain_answer(shipped(rule)) if s.startswith("Entrance"))
         moved, rest = found.split("; no change beyond chance: ")
-        assert "whole grains inside (0.50) (+30.0 ± 2.5 %, beside cut grains (0.50))" in moved
+        assert "*whole grains inside (0.50)* (+30.0 ± 2.5 %, beside *cut grains (0.50)*)" in moved
         assert "exit open" in rest
 
     def test_how_many_changes_chance_would_make(self):

@@ -95,7 +95,7 @@ class TestPushes:
     def test_in_words(self):
         """The made-up flow rates hang on no piston."""
         *pistons, fluid = push_answer(linear())
-        assert [words.split("makes")[0] for words in pistons] == [
+        assert [words.split("changes")[0] for words in pistons] == [
             "A piston 2.6 times lighter (2.15 kg) ",
             "A piston 26 times lighter (0.215 kg) ",
         ]

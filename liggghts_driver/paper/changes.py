@@ -63,7 +63,7 @@ def sensitivity(stored: Stored) -> Iterator[str]:
             change = change_of(stored, reading, section) if reading is not FIRST else None
             if change is not None:
                 kind = "moves" if is_told(change) else "one" if change.ci95 is None else "not told"
-                kinds[kind].append(f"{reading.title} ({change_words(change)}{_base(reading)})")
+                kinds[kind].append(f"*{reading.title}* ({change_words(change)}{_base(reading)})")
         told = {
             "moves": "what changes the flow beyond chance:",
             "not told": "no change beyond chance:",
@@ -71,7 +71,7 @@ def sensitivity(stored: Stored) -> Iterator[str]:
         }
         compared += len(kinds["moves"]) + len(kinds["not told"])
         words = by_kind(told, kinds) or NOT_RUN
-        yield f"{capital(section)}, beside {FIRST.title}: {words}."
+        yield f"{capital(section)}, beside *{FIRST.title}*: {words}."
     if compared:
         yield (
             f"Each interval is one of 95 %: of {counted(compared, 'comparison')} with several "
@@ -81,4 +81,4 @@ def sensitivity(stored: Stored) -> Iterator[str]:
 
 def _base(reading: Reading) -> str:
     """What a reading is held against, where it is not the first."""
-    return f", beside {reading.beside.title}" if reading.beside not in (None, FIRST) else ""
+    return f", beside *{reading.beside.title}*" if reading.beside not in (None, FIRST) else ""

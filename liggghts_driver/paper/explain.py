@@ -86,8 +86,8 @@ def _piled(stored: Stored) -> Iterator[str]:
             yield (
                 f"*{series.name}*: between piston and entrance particles fill {number(dense, 2)} "
                 f"of the channel when the runs end, {number(dense / fraction, 2)} times the "
-                f"{fraction:g} that the law counts with from the reservoir to the exit. (Grains "
-                "that reach into the channel are not taken off: the bed is denser still.)"
+                f"{fraction:g} that the law counts with from the reservoir to the exit, and more "
+                "than this where grains reach into the channel, which are not taken off."
             )
 
 

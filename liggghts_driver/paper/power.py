@@ -47,10 +47,10 @@ def power_answer(stored: Stored) -> list[str]:
             f"{name}{_range_of(stored, series, name)}, {_power_words(stored, series, power)}"
             for name, power in found.items()
         )
-        sentences.append(f'"{series.name}", {series.title}: {words}.')
+        sentences.append(f"*{series.name}*, {series.title}: {words}.")
         pooled = found["entrance"]
         if pooled is not None and pooled.between is not None:
-            told = f'"{series.name}" (power {short_cell(pooled)})'
+            told = f"*{series.name}* (power {short_cell(pooled)})"
             kinds[kind_of_power(pooled, free_flight(series))].append(told)
     return [_linear(kinds), *sentences]
 
@@ -99,9 +99,9 @@ def _linear(kinds: Mapping[str, Sequence[str]]) -> str:
     if not any(kinds.values()):
         return "What makes it linear is not known: no reading has an exponent with an interval yet."
     told = {
-        "proportional": "the flow goes with the gradient in the reading",
-        "other": "the flow does not go with the gradient in the reading",
-        "not told": "proportional cannot be told from another power in the reading",
+        "proportional": "the flow goes with the gradient in",
+        "other": "the flow does not go with the gradient in",
+        "not told": "proportional cannot be told from another power in",
     }
     return f"At the entrance {by_kind(told, kinds)}."
 

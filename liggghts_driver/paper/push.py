@@ -12,7 +12,7 @@ from liggghts_driver.paper.changes import change_of, change_words
 from liggghts_driver.paper.pooled import by_gradient, flow, missing
 from liggghts_driver.paper.printed import MAIN_GRADIENT_PA_M, SECTIONS
 from liggghts_driver.paper.tables import table
-from liggghts_driver.paper.words import FLOW_UNIT, short_cell
+from liggghts_driver.paper.words import FLOW_UNIT, listed, short_cell
 from liggghts_driver.report.numbers import NONE, number
 
 if TYPE_CHECKING:
@@ -50,9 +50,9 @@ def push_answer(stored: Stored) -> Iterator[str]:
         changes = {name: change_of(stored, reading, name) for name in SECTIONS}
         known = {name: change for name, change in changes.items() if change is not None}
         if mass is not None and len(known) == len(SECTIONS):
-            told = " and ".join(f"{change_words(c)} past the {name}" for name, c in known.items())
+            told = listed([f"past the {n} by {change_words(c)}" for n, c in known.items()])
             lighter = number(law.piston_mass_kg() / mass, 2)
-            yield f"A piston {lighter} times lighter ({mass:g} kg) makes {told}."
+            yield f"A piston {lighter} times lighter ({mass:g} kg) changes the flow {told}."
     middle_s = 0.5 * scene.time.duration
     drag = law.drag_on_one_at_rest_n(scene.piston.acceleration * middle_s)
     ratio = number(drag / law.pressure_force_on_one_n(MAIN_GRADIENT_PA_M), 2)

@@ -43,10 +43,15 @@ def steady_answer(stored: Stored) -> list[str]:
 def steady_words(points: Sequence[Point], section: str) -> str:
     """In how many packings the flow is steady over the second half, and why not in the others."""
     found = [second_half(p.sound, section) for p in points if p.sound is not None]
-    drifts = "; ".join(each.reason for each in found if not each.steady)
-    why = f" ({drifts})" if drifts else ""
+    drifts = [_typeset(each.reason) for each in found if not each.steady]
+    why = f" ({'; '.join(drifts)})" if drifts else ""
     steady = sum(each.steady for each in found)
     return f"steady in {steady} of {counted(len(found), 'packing')}{why}"
+
+
+def _typeset(reason: str) -> str:
+    """Why a flow is not steady, with signs and spaces as everywhere on the page."""
+    return reason.removeprefix("drifts: ").replace("-", "−").replace("%", " %")
 
 
 def _arrivals(stored: Stored) -> str:

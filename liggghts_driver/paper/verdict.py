@@ -9,7 +9,7 @@ from liggghts_driver.paper.catalogue import AS_PRINTED, FIRST, READINGS
 from liggghts_driver.paper.pooled import flow, missing, of_reading
 from liggghts_driver.paper.printed import MAIN_GRADIENT_PA_M, ROWS, SECTIONS
 from liggghts_driver.paper.steadiness import steady_words
-from liggghts_driver.paper.words import FLOW_UNIT, by_kind, capital, cell, judge, listed
+from liggghts_driver.paper.words import FLOW_UNIT, by_kind, capital, judge, listed
 from liggghts_driver.report.numbers import number
 
 if TYPE_CHECKING:
@@ -35,8 +35,8 @@ class _Held:
 
     @property
     def title(self) -> str:
-        """What the reading is called."""
-        return self.reading.title
+        """What the reading is called, set off from the words around it."""
+        return f"*{self.reading.title}*"
 
     @property
     def kinds(self) -> set[str]:
@@ -54,21 +54,12 @@ class _Held:
 
 
 def reading_answer(stored: Stored) -> list[str]:
-    """Whether any reading gives the paper's flow rates at 10 Pa/m: a verdict, then each."""
+    """Whether any reading gives the paper's flow rates at 10 Pa/m: a verdict, and what is left."""
     held = [_held(stored, reading) for reading in READINGS]
     ran = [each for each in held if each.judged]
     if not ran:
         return [f"{capital(held[0].without)}."]
     sentences = [_verdict(held) + _bracket(held), *_second_outside(stored)]
-    sentences += [
-        f"{capital(each.title)}: "
-        + "; ".join(
-            f"{name}, {cell(each.flows[name], FLOW_UNIT)}: {each.judged[name].words}"
-            for name in SECTIONS
-        )
-        + "."
-        for each in ran
-    ]
     for why in sorted({each.without for each in held if not each.judged}):
         without = [each.title for each in held if each.without == why]
         sentences.append(f"{capital(why)}: {listed(without)}.")
@@ -151,5 +142,5 @@ def _second_outside(stored: Stored) -> list[str]:
     """Whether the flow is steady with the outside fluid as printed."""
     points = [p for p in of_reading(stored, AS_PRINTED) if p.sound]
     told = [f"{name}, {steady_words(points, name)}" for name in SECTIONS]
-    words = f"{capital(AS_PRINTED.title)}, over the second half: {'; '.join(told)}."
+    words = f"*{AS_PRINTED.title}*, over the second half: {'; '.join(told)}."
     return [words] if points else []
