@@ -44,6 +44,8 @@ if TYPE_CHECKING:
     from liggghts_driver.paper.stored import Stored
 
 _LOW, _HIGH = 0.4, 130.0
+#: Rates are shown from there on [1e-6 m3/s]; bars that go farther down leave the panel.
+_LEAST_RATE = 0.02
 #: Series, colour, marker, and how far aside it stands: so little that it is at its gradient still.
 _LOOKS: tuple[tuple[Series, str, str, float], ...] = (
     (ALL_GRADIENTS, BLUE, "o", 1.0),
@@ -78,6 +80,7 @@ def paint_flow(stored: Stored, figure: Figure) -> None:
             flows = flows_by_gradient(stored, series, section)
             _flows(above, flows, colour, marker, aside)
             _exponents(below, local_exponents(flows), colour, marker, aside)
+        above.set_ylim(bottom=max(_LEAST_RATE, above.get_ylim()[0]))
         _dress(above)
         _reynolds_axis(above)
         below.axhline(1.0, color=INK, linestyle=DASHED, linewidth=1.0)
