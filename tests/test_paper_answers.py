@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import pytest
 from paper_results import answer, as_free_flight, linear, point, power_law, shipped, with_points
 
 from liggghts_driver.paper import changes, explain
-from liggghts_driver.paper.catalogue import ALL_GRADIENTS, GRADIENT, MAIN, READINGS
+from liggghts_driver.paper.agreement import velocity_agreement
+from liggghts_driver.paper.catalogue import ALL_GRADIENTS, GRADIENT, MAIN, READINGS, VISCOUS
 from liggghts_driver.paper.cost import cost_sentence
 from liggghts_driver.paper.friction import friction_answer
 from liggghts_driver.paper.law import example, scene_of
-from liggghts_driver.paper.power import power_answer
+from liggghts_driver.paper.power import free_flight, power_answer
 from liggghts_driver.paper.steadiness import steady_answer
 from liggghts_driver.paper.stored import NOT_RUN, Stored
 from liggghts_driver.paper.validity import validity_answer
@@ -98,6 +101,22 @@ class TestAnswers:
         assert "one or both differ in *with the piston*;" in found
         assert found.endswith("At the entrance alone *with the piston* would agree.")
 
+    def test_one_packing_brackets_nothing(self):
+        def rule(sweep, values, replicate):
+            if sweep == "outside_fluid" and replicate > 0:
+                return None
+            return {"gradient": 1.5e-6, "outside_fluid": 2.5e-6}.get(sweep)
+
+        assert "lies between" not in reading_answer(shipped(rule))[0]
+
+    def test_a_lone_particles_power_is_that_of_the_reading_s_fluid(self):
+        """Below Re = 1 drag goes with the velocity, in a fluid ten times as viscous."""
+        assert free_flight(MAIN) == pytest.approx(1.0 / 1.354, abs=0.01)  # Eq. 18, 1 < Re < 400
+        assert free_flight(VISCOUS) == pytest.approx(1.0, abs=1e-6)
+        sentence = power_answer(linear())[-1]
+        assert sentence.startswith("*viscous*")
+        assert "entrance (10 to 20 Pa/m), 1.00" in sentence
+
     def test_proportional_flow(self):
         found = power_answer(linear())
         assert found[0].startswith(
@@ -184,6 +203,23 @@ class TestAnswers:
         whole = next(each for each in READINGS if "whole" in each.title)
         assert changes.change_of(stored, whole, "entrance").mean == pytest.approx(0.2)
 
+    def test_how_much_of_the_pores_particles_fill(self):
+        """8000 inside, 6000 of them flowing, of 14.1 mm3, in 0.45 of a litre."""
+        found = explain.explain_answer(linear())[0]
+        assert (
+            "At the end particles fill 0.25 of the specimen's pores, those that flow 0.19" in found
+        )
+
+    def test_another_outside_fluid_says_nothing_of_crowding(self):
+        """It pushes: velocities of the other readings tell how particles are held back."""
+
+        def made(name, replicate):
+            crowded = {"gradient": 1000, "outside_fluid": 9000}.get(name, 4000)
+            return replace(answer(1e-6), inside=crowded)
+
+        found = next(s for s in explain.explain_answer(every(made)) if "mainly the grains" in s)
+        assert "have 1000 to 4000 particles inside" in found
+
     def test_how_densely_particles_lie_before_the_entrance(self):
         """307.5 cm3 of them at the start; what is left of them, over 0.1 m x 0.1 m x the gap."""
         made_up = answer(1.9e-6)
@@ -198,6 +234,24 @@ class TestAnswers:
         assert "takes 16 (16 to 16) s" in sentence
         assert "14 times less, of which 5.0 by a longer step" in sentence
         assert "A step takes 8.0 (8.0 to 8.0) ms, the paper's 22 ms: 2.7 times less." in sentence
+
+    def test_a_front_that_never_comes_is_not_early(self):
+        never = replace(answer(1.9e-6, 0.0), reached_s={"entrance": 1.0, "middle": None})
+        found = steady_answer(every(lambda name, _: never if name == "gradient" else None))[-1]
+        assert "not within the run at 10 Pa/m" in found
+        assert "that is after the 10 s" in found
+
+    @pytest.mark.parametrize(("speeds_mm_s", "told"), [((6.0, 6.1), 5), ((3.0, 8.0), 0)])
+    def test_faster_than_a_lone_particle(self, speeds_mm_s, told):
+        """Up to 20 Pa/m free flight has 4.6 mm/s: less than 5.5, which is hardly known."""
+
+        def made(name, replicate):
+            if name != "gradient" or replicate > 1:
+                return None
+            return answer(1e-6, velocity_m_s=1e-3 * speeds_mm_s[replicate])
+
+        found = [s for s in velocity_agreement(every(made)) if "pushes from behind" in s]
+        assert len(found) == told
 
     def test_steadiness(self):
         found = steady_answer(linear())

@@ -71,6 +71,36 @@ class TestClaims:
 
         assert claims(first_reading(made))[STEADY].verdict == "yes"
 
+    def test_one_packing_is_not_steady_and_not_unsteady(self):
+        """It has come early and is steady; without another it is not told."""
+
+        def made(gradient, replicate):
+            early = replace(answer(1e-6), reached_s={"entrance": 1.0, "middle": 9.0})
+            return early if replicate == 0 else None
+
+        assert claims(both_readings(made))[STEADY].verdict == "not decided"
+
+    def test_one_run_that_stops_is_enough(self):
+        """Something may happen if it happens once, among others in which it does not."""
+
+        def rule(sweep, values, replicate):
+            stops = sweep == "friction" and replicate == 2
+            return 1.9e-6 * (1e-3 if stops else 0.1 if sweep == "friction" else 1.0)
+
+        assert claims(shipped(rule))[FRICTION].verdict == "yes"
+
+    def test_a_law_is_not_followed_to_a_gradient_that_did_not_run(self):
+        """It is to hold from 1 to 10 Pa/m; 10 Pa/m is missing."""
+
+        def made(gradient, replicate):
+            power = 1.0 + 0.02 * (replicate - 1)
+            rate = law_flow_m3_s(10.0) * (gradient / 10.0) ** power
+            return None if gradient >= 10.0 else answer(rate, rate)
+
+        found = claims(both_readings(made))[LAW]
+        assert found.verdict == "not decided"
+        assert "on it at 1, 2 and 5 Pa/m" in found.found
+
     def test_one_packing_decides_nothing(self):
         def made(gradient, replicate):
             return as_the_paper(gradient, replicate) if replicate == 0 else None

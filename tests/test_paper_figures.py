@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 from paper_results import answer, linear, point, power_law, shipped, with_points
 
 from liggghts_driver.paper.catalogue import ALL_GRADIENTS, GRADIENT, MAIN
-from liggghts_driver.paper.figures import DRAWINGS
+from liggghts_driver.paper.figures import DRAWINGS, first_run
 from liggghts_driver.paper.pooled import flows_by_gradient
 from liggghts_driver.paper.stored import Stored
 
@@ -89,6 +89,17 @@ class TestFigures:
         places = [sorted({bars.lines[0].get_xdata()[0] for bars in a.containers}) for a in panels]
         assert places == [[0.1, 0.15, 0.25], [0.45, 0.5], [], []]
         assert [len(axes.containers) for axes in panels[:2]] == [6, 4]
+
+    def test_spheres_are_shown_of_a_sound_run_alone(self):
+        def at_ten(verdict):
+            points = tuple(
+                point(p.values, p.replicate, answer(1e-6, verdict=verdict))
+                for p in linear().points("gradient")
+            )
+            return first_run(Stored({"gradient": with_points(linear(), "gradient", points)}))
+
+        assert at_ten("invalid") is None
+        assert at_ten("not_steady").values[GRADIENT] == 10.0
 
     def test_friction_is_drawn_with_the_packings_that_all_have(self):
         def rule(sweep, values, replicate):

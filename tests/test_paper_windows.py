@@ -93,6 +93,11 @@ class TestShortWindows:
         assert uneven(rates_in_windows([curved(with_a_standstill)], "entrance", 10.0)) == (10, 15)
         assert uneven({0.0: 1e-6, 2.5: 2e-7, 5.0: 1e-6}) == (0.0, 2.5)
 
+    def test_a_burst_is_as_uneven_as_a_standstill(self):
+        """No window below half of 1.5e-6, one above twice that."""
+        calm = {2.5 * n: 1e-6 for n in range(5)}
+        assert uneven({**calm, 12.5: 4e-6}) == (0.0, 12.5)
+
     def test_what_stays_within_a_factor_of_two_is_even(self):
         assert uneven({0.0: 1.0e-6, 2.5: 1.5e-6, 5.0: 0.8e-6}) is None
 

@@ -10,7 +10,7 @@ from liggghts_driver.paper.agreement import velocity_sides, velocity_words
 from liggghts_driver.paper.catalogue import FOLLOWS, TABLE_READINGS
 from liggghts_driver.paper.friction import obstruction
 from liggghts_driver.paper.pooled import by_gradient, flow, flows_by_gradient, missing, of_series
-from liggghts_driver.paper.power import free_flight, kind_of_power, no_power, power_of
+from liggghts_driver.paper.power import kind_of_power, no_power, power_of
 from liggghts_driver.paper.printed import MAIN_GRADIENT_PA_M, ROWS, SECTIONS, STEADY_FROM_S
 from liggghts_driver.paper.stored import NOT_RUN
 from liggghts_driver.paper.validity import course_of, sides_words
@@ -154,7 +154,7 @@ def _power(stored: Stored, series: Series) -> Finding:
     if not known:
         words = no_power(stored, series)
         return words, "not run yet" if words == NOT_RUN else "not decided"
-    kinds = [kind_of_power(power, free_flight(series)) for power in known.values()]
+    kinds = [kind_of_power(power) for power in known.values()]
     words = listed([f"{short_cell(power)} at the {name}" for name, power in known.items()])
     return f"power {words}", _both(_OF_POWER[kind] for kind in kinds)
 

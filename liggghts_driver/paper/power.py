@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
 #: The power that the law has.
 _PROPORTIONAL = 1.0
-#: Half of what lies between the powers 1 and 0.74: only a narrower interval tells them apart.
+#: Half of what lies between the powers 1 and 0.74: a narrower interval cannot hold both.
 _TELLS_APART = 0.13
 
 PowerKind = Literal["proportional", "other", "not told", "one packing"]
@@ -51,7 +51,7 @@ def power_answer(stored: Stored) -> list[str]:
         pooled = found["entrance"]
         if pooled is not None and pooled.between is not None:
             told = f"*{series.name}* (power {short_cell(pooled)})"
-            kinds[kind_of_power(pooled, free_flight(series))].append(told)
+            kinds[kind_of_power(pooled)].append(told)
     return [_linear(kinds), *sentences]
 
 
@@ -77,17 +77,13 @@ def free_flight(series: Series) -> float:
     return law.free_flight_exponent(*law.slow_gradients())
 
 
-def kind_of_power(pooled: Pooled, free: float) -> PowerKind:
-    """Whether a flow goes with the gradient.
-
-    Only a narrow interval says so, and one without free flight's power, unless that is 1 as well.
-    """
+def kind_of_power(pooled: Pooled) -> PowerKind:
+    """Whether a flow goes with the gradient; only an interval too narrow to hold 0.74 says so."""
     if pooled.between is None:
         return "one packing"
     if not holds(pooled, _PROPORTIONAL):
         return "other"
-    told = pooled.between < _TELLS_APART and not (_apart(free) and holds(pooled, free))
-    return "proportional" if told else "not told"
+    return "proportional" if pooled.between < _TELLS_APART else "not told"
 
 
 def _apart(free: float) -> bool:

@@ -6,9 +6,8 @@ from itertools import pairwise
 from typing import TYPE_CHECKING, Literal
 
 from liggghts_driver.paper import law
-from liggghts_driver.paper.catalogue import MAIN
 from liggghts_driver.paper.pooled import exponent, flows_by_gradient, lasting
-from liggghts_driver.paper.power import free_flight, kind_of_power
+from liggghts_driver.paper.power import kind_of_power
 from liggghts_driver.paper.printed import SECTIONS
 from liggghts_driver.paper.stored import NOT_RUN
 from liggghts_driver.paper.words import capital, judge, listed, short_cell
@@ -100,7 +99,7 @@ def _followed(flows: Mapping[float, Pooled], sides: Mapping[float, str]) -> list
     power = _power_over(flows, run)
     if len(run) < _FEWEST or power is None:
         return []
-    return run if kind_of_power(power, free_flight(MAIN)) == "proportional" else []
+    return run if kind_of_power(power) == "proportional" else []
 
 
 def _power_over(flows: Mapping[float, Pooled], some: Sequence[float]) -> Pooled | None:
