@@ -10,6 +10,7 @@ import pytest
 from paper_results import answer, measured, only, point
 
 from liggghts_driver.paper.catalogue import GRADIENT, MAIN
+from liggghts_driver.paper.changes import change_words
 from liggghts_driver.paper.pooled import (
     Pooled,
     exponent,
@@ -23,6 +24,7 @@ from liggghts_driver.paper.pooled import (
 )
 from liggghts_driver.paper.stored import NOT_RUN
 from liggghts_driver.paper.words import any_of, cell, counted, holds, judge, listed, short_cell
+from liggghts_driver.studies.paired import Change
 
 #: Rounding of a few operations.
 EXACT = 1e-12
@@ -240,3 +242,17 @@ class TestCells:
     def test_counts(self):
         assert counted(1, "run") == "1 run"
         assert counted(3, "run") == "3 runs"
+
+
+class TestChanges:
+    @pytest.mark.parametrize(
+        ("mean", "ci95", "words"),
+        [
+            (0.123, 0.05, "+12.3 ± 5.0 %"),
+            (-0.123, 0.05, "\u221212.3 ± 5.0 %"),
+            (-0.004, 0.12, "0 ± 12 %"),
+            (0.5, None, "+50 %, one packing"),
+        ],
+    )
+    def test_in_per_cent_with_a_sign(self, mean, ci95, words):
+        assert change_words(Change(mean, ci95, 1 if ci95 is None else 3)) == words

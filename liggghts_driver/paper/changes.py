@@ -46,11 +46,13 @@ def is_told(change: Change) -> bool:
 
 def change_words(change: Change) -> str:
     """A change in per cent with its interval."""
-    sign = "+" if change.mean > 0.0 else ""
     if change.ci95 is None:
+        sign = "+" if change.mean > 0.0 else ""
         return f"{sign}{number(100.0 * change.mean, 2)} %, one packing"
     decimals = decimals_for(100.0 * change.ci95)
-    mean, half = (fixed(100.0 * value, decimals) for value in (change.mean, change.ci95))
+    mean, half = (fixed(100.0 * abs(value), decimals) for value in (change.mean, change.ci95))
+    # What rounds to zero has no sign.
+    sign = "" if not mean.strip("0.") else "+" if change.mean > 0.0 else "−"
     return f"{sign}{mean} ± {half} %"
 
 
