@@ -162,12 +162,18 @@ class TestClaims:
         assert claims(shipped(rule))[POWER].verdict == "not decided"
 
     @pytest.mark.parametrize(
-        ("speed_m_s", "verdict"), [(1.0e-2, "no"), (2.8e-3, "in part"), (1.0e-5, "no")]
+        ("speed_m_s", "verdict"), [(1.0e-2, "no"), (2.8e-3, "no"), (1.0e-5, "no")]
     )
     def test_velocities(self, speed_m_s, verdict):
-        """2.8 mm/s and a tenth of it to both sides overlap the paper's range at 10 Pa/m alone."""
+        """2.8 mm/s is above the paper's ranges, overlaps that at 10 Pa/m, and is below at 20."""
         found = both_readings(lambda gradient, n: answer(1e-6, velocity_m_s=speed_m_s))
         assert claims(found)[VELOCITY].verdict == verdict
+
+    def test_velocities_that_are_the_papers_but_for_one_gradient(self):
+        def made(gradient, replicate):
+            return as_the_paper(20.0 if gradient == 1.0 else gradient, replicate)
+
+        assert claims(both_readings(made))[VELOCITY].verdict == "in part"
 
     def test_velocities_of_one_packing_decide_nothing(self):
         def made(gradient, replicate):

@@ -66,7 +66,7 @@ class TestPhases:
         assert standstill.startswith("*Standstill*, to 18 s")
         assert "bounces back by 5.0 mm" in standstill
         assert "creeps at 0.30 mm/s over the second half" in decay
-        assert "1.00 and then 1.00 past the entrance" in decay
+        assert "1.00 and 1.00 past the entrance" in decay
 
     def test_without_runs(self):
         assert phases_answer(Stored()) == ["Not run yet."]

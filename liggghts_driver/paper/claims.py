@@ -175,7 +175,9 @@ def _velocity(stored: Stored, series: Series) -> Finding:
     if not sides:
         return missing(of_series(stored, series)), "not run yet"
     verdicts = [_OF_SIDE[side] for side, some in sides.items() for _ in some]
-    return velocity_words(sides), _both(verdicts)
+    # What goes from one side to the other overlaps somewhere: that is no success.
+    crossed = {"above it", "below it"} <= set(sides) and "within it" not in sides
+    return velocity_words(sides), "no" if crossed else _both(verdicts)
 
 
 def _both(verdicts: Iterable[Verdict]) -> Verdict:

@@ -31,10 +31,9 @@ def cost_sentence(stored: Stored) -> str:
     return (
         f"A simulated second takes {_middle_and_reach(known)} s of processor time "
         f"({counted(len(known), 'run')} on one core each; {machines}), where the paper says 0.06 h "
-        f"= {COST_S_PER_S:g} s: {_less(known, COST_S_PER_S)}, of which "
-        f"{number(float(longer), 2)} by a longer step. A step takes "
-        f"{_middle_and_reach(steps)} ms, the paper's {number(printed, 2)} ms: "
-        f"{_less(steps, printed)}."
+        f"= {COST_S_PER_S:g} s: {_less(known, COST_S_PER_S)}. Steps are {number(float(longer), 2)} "
+        f"times as long (with softer contacts), and one takes {_middle_and_reach(steps)} ms, the "
+        f"paper's {number(printed, 2)} ms: {_less(steps, printed)}. All are medians."
     )
 
 
@@ -57,7 +56,7 @@ def _middle_and_reach(values: Sequence[float]) -> str:
 
 
 def _less(ours: Sequence[float], printed: float) -> str:
-    """How many times less than the paper's, in the median."""
+    """How many times less than the paper's."""
     return f"{number(printed / float(np.median(ours)), 2)} times less"
 
 

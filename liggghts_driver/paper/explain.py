@@ -9,6 +9,7 @@ import numpy as np
 from liggghts_driver.paper import law
 from liggghts_driver.paper.catalogue import (
     AS_PRINTED,
+    FIRST,
     FRICTIONS,
     MAIN,
     READINGS,
@@ -52,6 +53,7 @@ def _crowding(stored: Stored) -> Iterator[str]:
         f"{number(printed_speed / free, 2)}."
     )
     yield from _held_back(stored)
+    yield from _pushed(stored)
     yield from _piled(stored)
 
 
@@ -68,9 +70,19 @@ def _held_back(stored: Stored) -> Iterator[str]:
         few, many = min(found), max(found)
         low, high = (number(1e3 * v) for v in (min(found.values()), max(found.values())))
         yield (
-            f"The other readings and frictions at this gradient have {number(round(few))} to "
+            f"The readings and frictions with this outside fluid have {number(round(few))} to "
             f"{number(round(many))} particles inside at the end, and mean velocities of {low} to "
-            f"{high} mm/s: mainly the grains hold particles back, and not their number."
+            f"{high} mm/s: there mainly the grains hold particles back, and not their number."
+        )
+
+
+def _pushed(stored: Stored) -> Iterator[str]:
+    """The velocity where the fluid before the cube pushes; grains and fluid inside are the same."""
+    first, printed = (velocity(of_reading(stored, each)) for each in (FIRST, AS_PRINTED))
+    if first is not None and printed is not None and printed.mean > first.mean:
+        yield (
+            f"In *{AS_PRINTED.title}*, with the same grains and the same fluid at rest inside, it "
+            f"is {number(1e3 * printed.mean)} mm/s: there those behind push."
         )
 
 

@@ -7,6 +7,7 @@ from functools import cache
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from scipy.integrate import solve_ivp
 
 from liggghts_driver.loads import piston_mass_kg as piston_mass_of
 from liggghts_driver.paper.catalogue import GRADIENT, sweep_file
@@ -28,8 +29,15 @@ from liggghts_driver.sweeps.plan import make_plan
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
+    from numpy.typing import NDArray
+
     from liggghts_driver.darcy import Estimate
     from liggghts_driver.scene.model import Fluid, Scene
+
+    FloatArray = NDArray[np.float64]
+
+#: Long beside the time in which a particle comes to free flight [s].
+_LONG_S = 60.0
 
 
 @cache
@@ -128,6 +136,14 @@ def piston_force_n() -> float:
     return piston_mass_kg() * piston.acceleration
 
 
+def grain_reynolds(gradient_pa_m: float) -> float:
+    """The law's Reynolds number with the diameter of a grain, as is usual for porous media."""
+    scene = example()
+    assert scene.grains is not None
+    assert scene.grains.radius_mean is not None
+    return law_reynolds(gradient_pa_m) * scene.grains.radius_mean / _flier(None)[1]
+
+
 def pressure_force_on_one_n(gradient_pa_m: float) -> float:
     """The force of the gradient on the example's mean particle (Eq. 20)."""
     return pressure_force_n(_flier(None)[1], gradient_pa_m)
@@ -138,6 +154,23 @@ def drag_on_one_at_rest_n(fluid_speed_m_s: float) -> float:
     fluid, radius = _flier(None)
     coefficient = drag_coefficient_n_s_m(fluid.density, fluid.viscosity, radius, fluid_speed_m_s)
     return float(coefficient) * fluid_speed_m_s
+
+
+def carried_m(speed_m_s: float, gradient_pa_m: float) -> float:
+    """How far a lone mean particle gets ahead of one in free flight that enters so fast."""
+    fluid, radius = _flier(None)
+    particles = example().particles
+    assert particles.density is not None
+    mass = particles.density * sphere_volume_m3(radius)
+    force, free = pressure_force_n(radius, gradient_pa_m), free_flight_m_s(gradient_pa_m)
+
+    def slows(_time_s: float, state: FloatArray) -> list[float]:
+        speed = float(state[1])
+        drag = drag_coefficient_n_s_m(fluid.density, fluid.viscosity, radius, speed)
+        return [speed - free, (force - float(drag) * speed) / mass]
+
+    found = solve_ivp(slows, (0.0, _LONG_S), [0.0, speed_m_s], rtol=1e-6)
+    return float(found.y[0, -1])
 
 
 def _flier(scene: Scene | None) -> tuple[Fluid, float]:

@@ -16,7 +16,7 @@ from liggghts_driver.paper.figures import DRAWINGS, SNAPSHOTS, first_run
 from liggghts_driver.paper.friction import STOPPED, friction_answer
 from liggghts_driver.paper.phases import phases_answer
 from liggghts_driver.paper.power import power_answer
-from liggghts_driver.paper.printed import TABLE_1
+from liggghts_driver.paper.printed import LARGEST_REYNOLDS, TABLE_1
 from liggghts_driver.paper.push import push_answer, push_table
 from liggghts_driver.paper.statements import slips, statements
 from liggghts_driver.paper.steadiness import steady_answer
@@ -117,6 +117,8 @@ def _reynolds() -> dict[str, str]:
         "outside": law.law_reynolds(outside),
         "pores": law.law_reynolds(inside) / (1.0 - specimen.solid_fraction),
         "flight": law.free_flight_reynolds(TABLE_1[0].gradient_pa_m),
+        "grains": law.grain_reynolds(inside),
+        "limit": LARGEST_REYNOLDS / law.grain_reynolds(1.0),
     }
     return {name: number(value, 2) for name, value in found.items()}
 

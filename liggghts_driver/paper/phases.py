@@ -80,7 +80,8 @@ def _standstill(found: Sequence[tuple[Curves, Bounce]]) -> str:
     return (
         f"*Standstill*, to {_reach(returned)} s: the piston meets the dense bed and bounces back "
         f"by {_reach(back)} mm. Its fluid goes back with it, and {_reach(entered)} cm³ enter in "
-        "that time, although the gradient acts inside all the while."
+        "that time, although the gradient acts inside all the while. (In *v_f = a t* the piston "
+        "bounces too, and the flow goes on: it is the fluid that holds the particles back.)"
     )
 
 
@@ -95,10 +96,11 @@ def _decay(several: Sequence[Curves]) -> str:
     for name in SECTIONS:
         earlier = _mean(c.rate_m3_s(name, half, three) for c, half, three in halves)
         later = _mean(c.rate_m3_s(name, three) for c, _, three in halves)
-        told.append(f"{earlier} and then {later} past the {name}")
+        told.append(f"{earlier} and {later} past the {name}")
     return (
         f"*Decay*, to the end: the piston creeps at {_reach(speeds)} mm/s over the second half; "
-        f"in the two quarters of that the flow rate is {listed(told)}, in 10⁻⁶ m³/s."
+        "the flow rates in the third and the fourth quarter of the run are "
+        f"{listed(told)}, in 10⁻⁶ m³/s."
     )
 
 

@@ -43,7 +43,11 @@ def steady_answer(stored: Stored) -> list[str]:
 def steady_words(points: Sequence[Point], section: str) -> str:
     """In how many packings the flow is steady over the second half, and why not in the others."""
     found = [second_half(p.sound, section) for p in points if p.sound is not None]
-    drifts = [_typeset(each.reason) for each in found if not each.steady]
+    drifts = [
+        f"packing {count}: {_typeset(each.reason)}"
+        for count, each in enumerate(found, 1)
+        if not each.steady
+    ]
     why = f" ({'; '.join(drifts)})" if drifts else ""
     steady = sum(each.steady for each in found)
     return f"steady in {steady} of {counted(len(found), 'packing')}{why}"

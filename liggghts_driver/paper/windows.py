@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -40,8 +41,14 @@ def second_half(answer: Answer, section: str) -> Measured:
     """
     own, end_s = answer.flow_m3_s[section], answer.curves.end_s
     if own.mean is not None and abs(own.from_s / end_s - 0.5) <= _AS_GOOD_AS_HALF:
-        return own
+        return own if own.steady else _volume_over_time(own, answer, section)
     return rate_from(answer, section, 0.5 * end_s)
+
+
+def _volume_over_time(found: Measured, answer: Answer, section: str) -> Measured:
+    """A rate with the mean that passed: the slope of a line is another where the curve bends."""
+    curves = answer.curves
+    return replace(found, mean=curves.rate_m3_s(section, curves.sample_at(found.from_s)))
 
 
 def rate_from(answer: Answer, section: str, from_s: float) -> Measured:
@@ -61,7 +68,8 @@ def rate_from(answer: Answer, section: str, from_s: float) -> Measured:
     if found.steady and uneven(rates_in_windows([answer], section, from_s)) is not None:
         reason = f"in {WINDOW_S:g} s it goes below half or above twice the mean"
     steady = found.steady and reason == found.reason
-    return Measured(found.mean_m3_s, ci95, steady, found.steady_from_s, reason)
+    measured = Measured(found.mean_m3_s, ci95, steady, found.steady_from_s, reason)
+    return measured if steady else _volume_over_time(measured, answer, section)
 
 
 def steady_since(answer: Answer, section: str, from_s: float) -> bool:
