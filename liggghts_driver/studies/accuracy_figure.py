@@ -102,6 +102,9 @@ def _legend(figure: Figure, grid: Sequence[Axes]) -> None:
 def _paint(axes: Axes, shown: Sequence[Judged], name: str, noise: float) -> None:
     """One quantity."""
     axes.set(xscale="log", yscale="log")
+    costs = {j.cost for j in shown}
+    if len(costs) == 1:  # one place alone has no span of its own
+        axes.set_xlim(0.5 * min(costs), 2.0 * min(costs))
     places = [(j.cost, 100.0 * max(abs(j.errors[name].mean), _LEAST)) for j in shown]
     # An interval that reaches zero has no end on this axis.
     bottom = 0.5 * min((error for _, error in places), default=1.0)

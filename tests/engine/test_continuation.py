@@ -164,7 +164,9 @@ def test_two_ranks_go_on(tmp_path: Path) -> None:
 
 def test_checkpoints_now_and_then(tmp_path: Path) -> None:
     """Nobody wishes the run to end: it goes on by itself, and what it keeps is the last one."""
-    case = case_of(INFILTRATION, {**BUSY, "particles.count": 300, "reservoir.length": 0.1})
+    # Long enough for a checkpoint on a fast machine, where 1.6 s were simulated in half a second.
+    longer = {"particles.count": 300, "reservoir.length": 0.1, "time.duration": 4.0}
+    case = case_of(INFILTRATION, {**BUSY, **longer})
     run = RunDirectory(tmp_path / "run")
     run_case(case, run, stop=Stop(checkpoint_every_s=0.5))
     assert run.read_state()["continuations"] >= 1
