@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Literal
 
 from liggghts_driver.paper import law
 from liggghts_driver.paper.catalogue import TABLE_READINGS
-from liggghts_driver.paper.pooled import by_gradient, flow, velocity, velocity_range
+from liggghts_driver.paper.pooled import answers_of, by_gradient, flow, velocity, velocity_range
 from liggghts_driver.paper.printed import ROWS, SECTIONS, TABLE_1
 from liggghts_driver.paper.stored import NOT_RUN
 from liggghts_driver.paper.windows import second_half
@@ -84,7 +84,7 @@ def velocity_sides(stored: Stored, series: Series) -> dict[Side, list[str]]:
     for gradient, points in by_gradient(stored, series).items():
         reach = velocity_range(points)
         if reach is not None and gradient in ROWS:
-            several = sum(point.sound is not None for point in points) > 1
+            several = len(answers_of(points)) > 1
             side = _beside(reach, ROWS[gradient].velocity_m_s) if several else "one packing"
             sides.setdefault(side, []).append(f"{gradient:g}")
     return sides

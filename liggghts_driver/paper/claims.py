@@ -9,9 +9,17 @@ from typing import TYPE_CHECKING
 from liggghts_driver.paper.agreement import velocity_sides, velocity_words
 from liggghts_driver.paper.catalogue import FOLLOWS, TABLE_READINGS
 from liggghts_driver.paper.friction import obstruction
-from liggghts_driver.paper.pooled import by_gradient, flow, flows_by_gradient, missing, of_series
+from liggghts_driver.paper.pooled import (
+    answers_of,
+    at_ten,
+    flow,
+    flows_by_gradient,
+    missing,
+    of_series,
+)
 from liggghts_driver.paper.power import kind_of_power, no_power, power_of
 from liggghts_driver.paper.printed import MAIN_GRADIENT_PA_M, ROWS, SECTIONS, STEADY_FROM_S
+from liggghts_driver.paper.steadiness import first_arrival
 from liggghts_driver.paper.stored import NOT_RUN
 from liggghts_driver.paper.validity import course_of, sides_words
 from liggghts_driver.paper.verdict import reading_verdicts
@@ -20,12 +28,12 @@ from liggghts_driver.paper.words import FLOW_UNIT, any_of, counted, listed, shor
 from liggghts_driver.report.numbers import number
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Sequence
+    from collections.abc import Callable, Iterable
 
     from liggghts_driver.paper.agreement import Side
     from liggghts_driver.paper.catalogue import Series
     from liggghts_driver.paper.power import PowerKind
-    from liggghts_driver.paper.stored import Answer, Point, Stored
+    from liggghts_driver.paper.stored import Stored
     from liggghts_driver.paper.validity import Course
     from liggghts_driver.paper.words import Verdict
 
@@ -38,8 +46,6 @@ _OF_POWER: dict[PowerKind, Verdict] = {
 _OF_COURSE: dict[Course, Verdict] = {
     "followed": "yes", "farther": "in part", "left": "no", "not told": "not decided",
 }  # fmt: skip
-
-
 _OF_SIDE: dict[Side, Verdict] = {
     "within it": "yes", "overlapping it": "in part", "below it": "no", "above it": "no",
     "one packing": "not decided",
@@ -105,7 +111,7 @@ def _flows(stored: Stored, words: str) -> Claim:
     """Those of the readings of the outside fluid are told, of the others how many agree."""
     told = []
     for series in TABLE_READINGS:
-        points = _at_ten(stored, series)
+        points = at_ten(stored, series)
         rates = [short_cell(flow(points, s), FLOW_UNIT, missing(points)) for s in SECTIONS]
         told.append(f"{series.name}: {' and '.join(dict.fromkeys(rates))}")
     verdicts = reading_verdicts(stored)
@@ -119,32 +125,23 @@ def _flows(stored: Stored, words: str) -> Claim:
     return Claim(words, "; ".join(told), any_of(verdicts))
 
 
-def _at_ten(stored: Stored, series: Series) -> list[Point]:
-    return by_gradient(stored, series).get(MAIN_GRADIENT_PA_M, [])
-
-
 def _steady(stored: Stored, series: Series) -> Finding:
     """Whether both flows are, from the paper's instant to the end of the run."""
-    points = _at_ten(stored, series)
-    answers = [p.sound for p in points if p.sound is not None]
+    points = at_ten(stored, series)
+    answers = list(answers_of(points).values())
     if not answers:
         return missing(points), "not run yet"
     counts = {s: sum(steady_since(a, s, STEADY_FROM_S) for a in answers) for s in SECTIONS}
     told = listed([f"in {count} at the {name}" for name, count in counts.items()])
     words = (
         f"of {counted(len(answers), 'packing')}, steady from then on {told}; the first particle "
-        f"passes the middle {_first_arrival(answers)}"
+        f"passes the middle {first_arrival(answers)}"
     )
     if len(answers) < 2:
         return words, "not decided"
     if set(counts.values()) == {len(answers)}:
         return words, "yes"
     return words, "no" if 0 in counts.values() else "in part"
-
-
-def _first_arrival(answers: Sequence[Answer]) -> str:
-    known = [a.reached_s["middle"] for a in answers if a.reached_s["middle"] is not None]
-    return f"after {number(min(known))} s" if known else "not within the run"
 
 
 def _power(stored: Stored, series: Series) -> Finding:

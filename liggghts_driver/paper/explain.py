@@ -16,7 +16,7 @@ from liggghts_driver.paper.catalogue import (
     TABLE_READINGS,
 )
 from liggghts_driver.paper.changes import sensitivity
-from liggghts_driver.paper.pooled import by_gradient, of_reading, velocity
+from liggghts_driver.paper.pooled import answers_of, at_ten, of_reading, velocity
 from liggghts_driver.paper.printed import MAIN_GRADIENT_PA_M, ROWS
 from liggghts_driver.report.numbers import number
 
@@ -33,9 +33,9 @@ def explain_answer(stored: Stored) -> list[str]:
 
 def _crowding(stored: Stored) -> Iterator[str]:
     """How much of the pores particles fill, how much of that flows, and how fast."""
-    points = by_gradient(stored, MAIN).get(MAIN_GRADIENT_PA_M, [])
+    points = at_ten(stored, MAIN)
     speed, row = velocity(points), ROWS[MAIN_GRADIENT_PA_M]
-    answers = [point.sound for point in points if point.sound is not None]
+    answers = answers_of(points).values()
     if speed is None or not answers:
         return
     printed_speed = float(np.mean(row.velocity_m_s))
@@ -62,10 +62,10 @@ def _held_back(stored: Stored) -> Iterator[str]:
     found = {}
     for reading in (*READINGS, *FRICTIONS):
         points = of_reading(stored, reading)
-        answers = [point.sound for point in points if point.sound is not None]
         speed = velocity(points)
         if reading is not AS_PRINTED and speed is not None:
-            found[float(np.mean([a.inside for a in answers]))] = speed.mean
+            inside = [answer.inside for answer in answers_of(points).values()]
+            found[float(np.mean(inside))] = speed.mean
     if len(found) > 1:
         few, many = min(found), max(found)
         low, high = (number(1e3 * v) for v in (min(found.values()), max(found.values())))
@@ -91,8 +91,7 @@ def _piled(stored: Stored) -> Iterator[str]:
     fraction = law.example().particles.volume_fraction
     assert fraction is not None
     for series in TABLE_READINGS:
-        points = by_gradient(stored, series).get(MAIN_GRADIENT_PA_M, [])
-        found = [_before_entrance(p.sound) for p in points if p.sound is not None]
+        found = [_before_entrance(a) for a in answers_of(at_ten(stored, series)).values()]
         if found:
             dense = float(np.mean(found))
             yield (

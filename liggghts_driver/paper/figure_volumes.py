@@ -9,7 +9,7 @@ from matplotlib.lines import Line2D
 
 from liggghts_driver.paper import law
 from liggghts_driver.paper.catalogue import FIRST, FRICTIONS, TABLE_READINGS
-from liggghts_driver.paper.pooled import by_gradient, of_reading
+from liggghts_driver.paper.pooled import answers_of, at_ten, by_gradient, of_reading
 from liggghts_driver.paper.printed import MAIN_GRADIENT_PA_M, ROWS, SECTIONS, TABLE_1
 from liggghts_driver.paper.stored import NOT_RUN
 from liggghts_driver.paper.words import counted
@@ -60,7 +60,7 @@ def mean_curve(curves: Sequence[Curves], section: str) -> tuple[FloatArray, Floa
 
 def curves_of(points: Sequence[Point]) -> list[Curves]:
     """The curves of the packings that have a sound answer."""
-    return [point.sound.curves for point in points if point.sound is not None]
+    return [answer.curves for answer in answers_of(points).values()]
 
 
 def paint_main(stored: Stored, figure: Figure) -> None:
@@ -69,7 +69,7 @@ def paint_main(stored: Stored, figure: Figure) -> None:
     row = ROWS[MAIN_GRADIENT_PA_M]
     for column, reading in enumerate(TABLE_READINGS):
         above, below = grid[0, column], grid[1, column]
-        points = by_gradient(stored, reading).get(MAIN_GRADIENT_PA_M, [])
+        points = at_ten(stored, reading)
         _panel(above, points, MAIN_GRADIENT_PA_M)
         for section in SECTIONS:
             _printed_slope(above, points, section, row.flow_m3_s(section))
@@ -124,7 +124,7 @@ def paint_friction(stored: Stored, figure: Figure) -> None:
 
 def _shared_seeds(several: Sequence[Sequence[Point]]) -> set[int]:
     """The packings that all have of which any has an answer."""
-    seeds = [{p.seed for p in points if p.sound is not None} for points in several]
+    seeds = [set(answers_of(points)) for points in several]
     ran = [each for each in seeds if each]
     return set.intersection(*ran) if ran else set()
 

@@ -14,8 +14,7 @@ from PIL import Image
 from liggghts_driver.paper import figure_charts, figure_gradients, figure_volumes
 from liggghts_driver.paper.catalogue import MAIN
 from liggghts_driver.paper.figure_snapshots import paint_snapshots, views
-from liggghts_driver.paper.pooled import by_gradient
-from liggghts_driver.paper.printed import MAIN_GRADIENT_PA_M
+from liggghts_driver.paper.pooled import at_ten
 from liggghts_driver.paper.stored import to_text
 from liggghts_driver.report.style import draw
 from liggghts_driver.rundir import RunDirectory, write_bytes, write_text
@@ -62,7 +61,7 @@ def results_sha256(stored: Stored) -> str:
 
 def first_run(stored: Stored) -> Point | None:
     """The first packing at 10 Pa/m, whose spheres are shown; None until it has a sound answer."""
-    points = by_gradient(stored, MAIN).get(MAIN_GRADIENT_PA_M, [])
+    points = at_ten(stored, MAIN)
     return next((p for p in points if p.sound is not None and p.replicate == 0), None)
 
 

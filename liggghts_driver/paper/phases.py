@@ -9,8 +9,8 @@ import numpy as np
 
 from liggghts_driver.paper import law
 from liggghts_driver.paper.catalogue import MAIN
-from liggghts_driver.paper.pooled import by_gradient, missing
-from liggghts_driver.paper.printed import MAIN_GRADIENT_PA_M, SECTIONS
+from liggghts_driver.paper.pooled import answers_of, at_ten, missing
+from liggghts_driver.paper.printed import SECTIONS
 from liggghts_driver.paper.words import FLOW_UNIT, capital, listed
 from liggghts_driver.report.numbers import number
 
@@ -52,8 +52,8 @@ def bounce_of(curves: Curves) -> Bounce | None:
 
 def phases_answer(stored: Stored) -> list[str]:
     """What happens one after the other in the first reading, with numbers of all packings."""
-    points = by_gradient(stored, MAIN).get(MAIN_GRADIENT_PA_M, [])
-    several = [point.sound.curves for point in points if point.sound is not None]
+    points = at_ten(stored, MAIN)
+    several = [answer.curves for answer in answers_of(points).values()]
     found = [(curves, bounce) for curves in several if (bounce := bounce_of(curves)) is not None]
     if not found:
         return [] if several else [f"{capital(missing(points))}."]

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from liggghts_driver.paper.catalogue import GRADIENT
+from liggghts_driver.paper.printed import MAIN_GRADIENT_PA_M
 from liggghts_driver.paper.stored import NOT_RUN
 from liggghts_driver.paper.windows import comes_up, rate_from, second_half
 from liggghts_driver.statistics import students_half_width
@@ -19,7 +20,7 @@ if TYPE_CHECKING:
     from typing import Any
 
     from liggghts_driver.paper.catalogue import Reading, Series
-    from liggghts_driver.paper.stored import Measured, Point, Stored
+    from liggghts_driver.paper.stored import Answer, Measured, Point, Stored
 
 
 @dataclass(frozen=True)
@@ -86,31 +87,36 @@ def pool(found: Mapping[int, Measured]) -> Pooled | None:
     )
 
 
+def answers_of(points: Iterable[Point]) -> dict[int, Answer]:
+    """The answers of the runs that no check speaks against, by their seed."""
+    return {p.seed: p.sound for p in points if p.sound is not None}
+
+
 def flow(points: Iterable[Point], section: str) -> Pooled | None:
     """The flow rate past a section [m3/s] over the second half of the runs.
 
     Runs that a check speaks against do not enter.
     """
-    sound = {p.seed: p.sound for p in points if p.sound is not None}
-    pooled = pool({seed: second_half(found, section) for seed, found in sound.items()})
-    rising = sum(comes_up(found, section) for found in sound.values())
+    answers = answers_of(points)
+    pooled = pool({seed: second_half(found, section) for seed, found in answers.items()})
+    rising = sum(comes_up(found, section) for found in answers.values())
     return None if pooled is None else replace(pooled, rising=rising)
 
 
 def flow_from(points: Iterable[Point], section: str, from_s: float) -> Pooled | None:
     """The flow rate from an instant to the end [m3/s], from the stored curves."""
-    sound = {p.seed: p.sound for p in points if p.sound is not None}
-    return pool({seed: rate_from(found, section, from_s) for seed, found in sound.items()})
+    answers = answers_of(points)
+    return pool({seed: rate_from(found, section, from_s) for seed, found in answers.items()})
 
 
 def velocity(points: Iterable[Point]) -> Pooled | None:
     """The mean velocity of the flowing particles [m/s]."""
-    return pool({p.seed: p.sound.velocity_m_s for p in points if p.sound is not None})
+    return pool({seed: found.velocity_m_s for seed, found in answers_of(points).items()})
 
 
 def velocity_range(points: Iterable[Point]) -> tuple[float, float] | None:
     """Its smallest and largest value [m/s] over the second halves of all packings."""
-    ranges = [p.sound.velocity_range_m_s for p in points if p.sound is not None]
+    ranges = [found.velocity_range_m_s for found in answers_of(points).values()]
     known = [each for each in ranges if each is not None]
     return (min(low for low, _ in known), max(high for _, high in known)) if known else None
 
@@ -132,6 +138,11 @@ def by_gradient(stored: Stored, series: Series) -> dict[float, list[Point]]:
             if not gradients or gradient in gradients:
                 found.setdefault(gradient, []).append(point)
     return dict(sorted(found.items()))
+
+
+def at_ten(stored: Stored, series: Series) -> list[Point]:
+    """The points of a reading at the paper's main gradient."""
+    return by_gradient(stored, series).get(MAIN_GRADIENT_PA_M, [])
 
 
 def of_series(stored: Stored, series: Series) -> list[Point]:

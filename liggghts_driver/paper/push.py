@@ -9,7 +9,7 @@ import numpy as np
 from liggghts_driver.paper import law
 from liggghts_driver.paper.catalogue import AS_PRINTED, FIRST, MAIN, READINGS
 from liggghts_driver.paper.changes import change_of, change_words
-from liggghts_driver.paper.pooled import by_gradient, flow, missing
+from liggghts_driver.paper.pooled import answers_of, by_gradient, flow, missing
 from liggghts_driver.paper.printed import MAIN_GRADIENT_PA_M, SECTIONS
 from liggghts_driver.paper.tables import table
 from liggghts_driver.paper.words import FLOW_UNIT, listed, short_cell
@@ -28,7 +28,7 @@ def push_table(stored: Stored) -> str:
     """The force of the gradient on all particles inside at the end, beside the piston's."""
     rows = []
     for gradient, points in by_gradient(stored, MAIN).items():
-        inside = [p.sound.inside for p in points if p.sound is not None]
+        inside = [answer.inside for answer in answers_of(points).values()]
         rate = short_cell(flow(points, "entrance"), FLOW_UNIT, missing(points))
         cells = [missing(points), NONE, NONE]
         if inside:

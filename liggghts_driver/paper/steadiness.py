@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-import math
 from typing import TYPE_CHECKING
 
 from liggghts_driver.paper.catalogue import MAIN
-from liggghts_driver.paper.pooled import by_gradient, flow_from, missing
+from liggghts_driver.paper.pooled import answers_of, at_ten, by_gradient, flow_from, missing
 from liggghts_driver.paper.printed import MAIN_GRADIENT_PA_M, ROWS, SECTIONS, STEADY_FROM_S
 from liggghts_driver.paper.windows import WINDOW_S, rates_in_windows, second_half, uneven
 from liggghts_driver.paper.words import (
@@ -20,17 +19,16 @@ from liggghts_driver.paper.words import (
 from liggghts_driver.report.numbers import number
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Iterable, Sequence
 
-    from liggghts_driver.paper.stored import Point, Stored
+    from liggghts_driver.paper.stored import Answer, Point, Stored
 
 
 def steady_answer(stored: Stored) -> list[str]:
     """Whether the flow is steady from 10 s on, as the paper has it."""
-    planned = by_gradient(stored, MAIN).get(MAIN_GRADIENT_PA_M, [])
-    points = [p for p in planned if p.sound]
-    if not points:
-        return [f"{capital(missing(planned))}."]
+    points = at_ten(stored, MAIN)
+    if not answers_of(points):
+        return [f"{capital(missing(points))}."]
     sentences = [
         f"{capital(name)}: over the second half of the run the flow is "
         f"{steady_words(points, name)}."
@@ -42,7 +40,7 @@ def steady_answer(stored: Stored) -> list[str]:
 
 def steady_words(points: Sequence[Point], section: str) -> str:
     """In how many packings the flow is steady over the second half, and why not in the others."""
-    found = [second_half(p.sound, section) for p in points if p.sound is not None]
+    found = [second_half(answer, section) for answer in answers_of(points).values()]
     drifts = [
         f"packing {count}: {_typeset(each.reason)}"
         for count, each in enumerate(found, 1)
@@ -60,20 +58,29 @@ def _typeset(reason: str) -> str:
 
 def _arrivals(stored: Stored) -> str:
     """When the first particle passes the middle, at each gradient."""
-    told, early = [], False
-    for gradient, points in by_gradient(stored, MAIN).items():
-        answers = [p.sound for p in points if p.sound is not None]
-        times = [a.reached_s["middle"] for a in answers if a.reached_s["middle"] is not None]
-        if answers:
-            when = f"after {number(min(times))} s" if times else "not within the run"
-            told.append(f"{when} at {gradient:g} Pa/m")
-        early |= gradient == MAIN_GRADIENT_PA_M and min(times, default=math.inf) < STEADY_FROM_S
-    beside = "before" if early else "after"
+    told = [
+        f"{first_arrival(answers)} at {gradient:g} Pa/m"
+        for gradient, points in by_gradient(stored, MAIN).items()
+        if (answers := answers_of(points).values())
+    ]
+    soonest_s = _soonest_s(answers_of(at_ten(stored, MAIN)).values())
+    beside = "before" if soonest_s is not None and soonest_s < STEADY_FROM_S else "after"
     return (
         f"The first particle passes the middle, soonest of the packings, {listed(told)}; at "
         f"{MAIN_GRADIENT_PA_M:g} Pa/m that is {beside} the {STEADY_FROM_S:g} s from which "
         "the paper has a steady flow there."
     )
+
+
+def first_arrival(answers: Iterable[Answer]) -> str:
+    """When the first particle of all packings passes the middle."""
+    soonest_s = _soonest_s(answers)
+    return "not within the run" if soonest_s is None else f"after {number(soonest_s)} s"
+
+
+def _soonest_s(answers: Iterable[Answer]) -> float | None:
+    times_s = [answer.reached_s["middle"] for answer in answers]
+    return min((time_s for time_s in times_s if time_s is not None), default=None)
 
 
 def _from_then_on(points: Sequence[Point], section: str) -> str:
@@ -89,8 +96,7 @@ def _from_then_on(points: Sequence[Point], section: str) -> str:
 
 def _averaged(points: Sequence[Point], section: str) -> str:
     """What a mean hides, where some short window is far from it."""
-    answers = [p.sound for p in points if p.sound is not None]
-    rates = rates_in_windows(answers, section, STEADY_FROM_S)
+    rates = rates_in_windows(answers_of(points).values(), section, STEADY_FROM_S)
     ends = uneven(rates)
     if ends is None:
         return ""

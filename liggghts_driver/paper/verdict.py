@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from liggghts_driver.paper.catalogue import AS_PRINTED, FIRST, READINGS
-from liggghts_driver.paper.pooled import flow, missing, of_reading
+from liggghts_driver.paper.pooled import answers_of, flow, missing, of_reading
 from liggghts_driver.paper.printed import MAIN_GRADIENT_PA_M, ROWS, SECTIONS
 from liggghts_driver.paper.steadiness import steady_words
 from liggghts_driver.paper.words import FLOW_UNIT, by_kind, capital, judge, listed
@@ -140,7 +140,7 @@ def _bracket(held: Sequence[_Held]) -> str:
 
 def _second_outside(stored: Stored) -> list[str]:
     """Whether the flow is steady with the outside fluid as printed."""
-    points = [p for p in of_reading(stored, AS_PRINTED) if p.sound]
+    points = of_reading(stored, AS_PRINTED)
     told = [f"{name}, {steady_words(points, name)}" for name in SECTIONS]
     words = f"*{AS_PRINTED.title}*, over the second half: {'; '.join(told)}."
-    return [words] if points else []
+    return [words] if answers_of(points) else []
