@@ -109,5 +109,5 @@ def _before_entrance(answer: Answer) -> float:
     assert scene.particles.volume_fraction is not None
     area_m2, places_m = scene.specimen.width**2, np.array(answer.curves.piston_x_um) * 1e-6
     all_m3 = scene.particles.volume_fraction * area_m2 * -places_m[0]
-    past_m3 = answer.curves.volume_mm3["entrance"][-1] * 1e-9
+    past_m3 = answer.curves.passed_m3("entrance", 0)
     return float((all_m3 - past_m3) / (area_m2 * -places_m[-1]))

@@ -132,7 +132,7 @@ def _law_line(axes: Axes, value: Any) -> None:
     """The law, dashed where it is said to hold, dotted beyond."""
     gradients = np.geomspace(_LOW, _HIGH, 60)
     heights = np.array([value(g) for g in gradients])
-    slow = np.array([law.law_reynolds(g) <= LARGEST_REYNOLDS for g in gradients])
+    slow = np.array([law.is_slow(g) for g in gradients])
     for where, style in ((slow, DASHED), (~slow, ":")):
         axes.plot(gradients, np.where(where, heights, np.nan), color=INK, linestyle=style)
 

@@ -149,11 +149,13 @@ def pressure_force_on_one_n(gradient_pa_m: float) -> float:
     return pressure_force_n(_flier(None)[1], gradient_pa_m)
 
 
-def drag_on_one_at_rest_n(fluid_speed_m_s: float) -> float:
-    """The drag of passing fluid on the example's mean particle, held at rest (Eqs. 17-19)."""
-    fluid, radius = _flier(None)
-    coefficient = drag_coefficient_n_s_m(fluid.density, fluid.viscosity, radius, fluid_speed_m_s)
-    return float(coefficient) * fluid_speed_m_s
+def drag_over_pressure_force(time_s: float, gradient_pa_m: float) -> float:
+    """The drag of a fluid with v_f = a t on a mean particle at rest, over Eq. 20 (Eqs. 17-19)."""
+    piston, (fluid, radius) = example().piston, _flier(None)
+    assert piston is not None
+    speed = piston.acceleration * time_s
+    coefficient = drag_coefficient_n_s_m(fluid.density, fluid.viscosity, radius, speed)
+    return float(coefficient) * speed / pressure_force_on_one_n(gradient_pa_m)
 
 
 def carried_m(speed_m_s: float, gradient_pa_m: float) -> float:

@@ -65,7 +65,7 @@ def _entry(found: Sequence[tuple[Curves, Bounce]]) -> str:
     assert piston is not None
     met = [bounce.met * curves.interval_s for curves, bounce in found]
     speed = piston.acceleration * float(np.mean(met))
-    entered = [_passed_cm3(curves, 0, bounce.met) for curves, bounce in found]
+    entered = [1e6 * curves.passed_m3("entrance", 0, bounce.met) for curves, bounce in found]
     return (
         f"*Entry*, to {_reach(met)} s: the piston falls almost freely, to about a t = "
         f"{number(1e3 * speed, 2)} mm/s, and {_reach(entered)} cm³ of particles enter; the others "
@@ -76,7 +76,7 @@ def _entry(found: Sequence[tuple[Curves, Bounce]]) -> str:
 def _standstill(found: Sequence[tuple[Curves, Bounce]]) -> str:
     returned = [bounce.returned * curves.interval_s for curves, bounce in found]
     back = [1e3 * bounce.back_m for _, bounce in found]
-    entered = [_passed_cm3(curves, bounce.met, bounce.returned) for curves, bounce in found]
+    entered = [1e6 * c.passed_m3("entrance", b.met, b.returned) for c, b in found]
     return (
         f"*Standstill*, to {_reach(returned)} s: the piston meets the dense bed and bounces back "
         f"by {_reach(back)} mm. Its fluid goes back with it, and {_reach(entered)} cm³ enter in "
@@ -87,7 +87,7 @@ def _standstill(found: Sequence[tuple[Curves, Bounce]]) -> str:
 
 def _decay(several: Sequence[Curves]) -> str:
     """The second half, and the rates of both sections in its first and in its last quarter."""
-    halves = [(c, c.sample_at(0.5 * c.end_s), c.sample_at(0.75 * c.end_s)) for c in several]
+    halves = [(curves, *curves.quarters()) for curves in several]
     speeds = [
         1e-3 * (c.piston_x_um[-1] - c.piston_x_um[half]) / (c.end_s - half * c.interval_s)
         for c, half, _ in halves
@@ -102,11 +102,6 @@ def _decay(several: Sequence[Curves]) -> str:
         "the flow rates in the third and the fourth quarter of the run are "
         f"{listed(told)}, in 10⁻⁶ m³/s."
     )
-
-
-def _passed_cm3(curves: Curves, first: int, last: int) -> float:
-    volume = curves.volume_mm3["entrance"]
-    return 1e-3 * (volume[last] - volume[first])
 
 
 def _mean(rates_m3_s: Iterable[float]) -> str:

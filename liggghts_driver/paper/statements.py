@@ -18,7 +18,6 @@ from liggghts_driver.paper import law
 from liggghts_driver.paper.printed import (
     FIRST_ROW_AS_PRINTED_M3_S,
     GRAINS,
-    LARGEST_REYNOLDS,
     MAIN_GRADIENT_PA_M,
     PARTICLES,
     PERMEABILITY_M2,
@@ -27,7 +26,6 @@ from liggghts_driver.paper.printed import (
     TABLE_1,
 )
 from liggghts_driver.paper.words import FLOW_UNIT, listed
-from liggghts_driver.physics.drag import pressure_force_n
 from liggghts_driver.prediction import darcy_inputs
 from liggghts_driver.report.numbers import number
 from liggghts_driver.scene.layout import mean_particle_volume_m3
@@ -77,8 +75,7 @@ def slips() -> list[str]:
 
 def _drag() -> Statement:
     gradients = [row.gradient_pa_m for row in TABLE_1]
-    valid = [row for row in TABLE_1 if law.law_reynolds(row.gradient_pa_m) <= LARGEST_REYNOLDS]
-    first, last = valid[0], valid[-1]
+    first, last = (ROWS[gradient] for gradient in law.slow_gradients())
     printed = math.log(last.entrance_m3_s / first.entrance_m3_s) / math.log(
         last.gradient_pa_m / first.gradient_pa_m
     )
@@ -156,14 +153,9 @@ def _travel() -> Statement:
 
 
 def _piston() -> Statement:
-    radius = law.example().particles.radius_mean
-    assert radius is not None
     push = law.piston_force_n()
-    forces = {
-        row.gradient_pa_m: PARTICLES * pressure_force_n(radius, row.gradient_pa_m)
-        for row in TABLE_1
-    }
     first, last = TABLE_1[0].gradient_pa_m, TABLE_1[-1].gradient_pa_m
+    forces = {g: PARTICLES * law.pressure_force_on_one_n(g) for g in (first, last)}
     words = (
         f"A piston that weighs as much as the suspension before it, {number(law.piston_mass_kg())} "
         f"kg, is pushed with {number(1e3 * push, 2)} mN at every gradient. The pressure gradient "
@@ -210,8 +202,7 @@ def _outside() -> Statement:
     overtaken = flux / scene.piston.acceleration
     end = scene.piston.acceleration * scene.time.duration / flux
     middle_s = 0.5 * scene.time.duration
-    drag = law.drag_on_one_at_rest_n(scene.piston.acceleration * middle_s)
-    ratio = drag / law.pressure_force_on_one_n(MAIN_GRADIENT_PA_M)
+    ratio = law.drag_over_pressure_force(middle_s, MAIN_GRADIENT_PA_M)
     words = (
         f"The fluid before the specimen goes with a t: at {MAIN_GRADIENT_PA_M:g} Pa/m with "
         f"{number(end, 2)} times the Darcy flux at {scene.time.duration:g} s, and "

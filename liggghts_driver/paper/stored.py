@@ -52,9 +52,18 @@ class Curves:
 
     def rate_m3_s(self, section: str, first: int, last: int = -1) -> float:
         """The mean flow rate past a section from one sample to another."""
-        volumes, steps = self.volume_mm3[section], range(len(self.volume_mm3[section]))
-        passed_m3 = 1e-9 * (volumes[last] - volumes[first])
+        steps = range(len(self.volume_mm3[section]))
+        passed_m3 = self.passed_m3(section, first, last)
         return passed_m3 / ((steps[last] - steps[first]) * self.interval_s)
+
+    def passed_m3(self, section: str, first: int, last: int = -1) -> float:
+        """The volume that passes a section from one sample to another."""
+        volumes = self.volume_mm3[section]
+        return 1e-9 * (volumes[last] - volumes[first])
+
+    def quarters(self) -> tuple[int, int]:
+        """The samples at which the third and the last quarter of the run begin."""
+        return self.sample_at(0.5 * self.end_s), self.sample_at(0.75 * self.end_s)
 
 
 @dataclass(frozen=True)

@@ -136,8 +136,8 @@ def exponent_table(stored: Stored) -> str:
     """The power of the gradient: between the paper's neighbouring gradients, and fitted."""
     gradients = [row.gradient_pa_m for row in TABLE_1]
     pairs = list(pairwise(gradients))
-    slow = [g for g in gradients if law.is_slow(g)]
-    ends = [*pairs, (slow[0], slow[-1])]
+    slow = law.slow_gradients()
+    ends = [*pairs, slow]
     free = [number(law.free_flight_exponent(*pair), 2) for pair in ends]
     rows = [["law", *["1"] * len(ends)], ["free flight", *free]]
     for section in SECTIONS:
@@ -154,7 +154,7 @@ def exponent_table(stored: Stored) -> str:
             last = NONE if overall is None and len(flows) > 1 else short_cell(overall)
             rows.append([f"{series.name}, {section}", *own, last])
     heads = [f"{low:g} to {high:g} Pa/m" for low, high in pairs]
-    return table(["", *heads, f"fitted up to {slow[-1]:g}"], rows)
+    return table(["", *heads, f"fitted up to {slow[1]:g}"], rows)
 
 
 def _exponent_cell(

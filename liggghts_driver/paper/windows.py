@@ -64,12 +64,11 @@ def rate_from(answer: Answer, section: str, from_s: float) -> Measured:
     found = flow_rate(times_s, volumes_m3, whole=True)
     # In a series that is too short to tell, it is infinite.
     ci95 = found.ci95_m3_s if math.isfinite(found.ci95_m3_s) else None
-    reason = found.reason
+    measured = Measured(found.mean_m3_s, ci95, found.steady, found.steady_from_s, found.reason)
     if found.steady and uneven(rates_in_windows([answer], section, from_s)) is not None:
-        reason = f"in {WINDOW_S:g} s it goes below half or above twice the mean"
-    steady = found.steady and reason == found.reason
-    measured = Measured(found.mean_m3_s, ci95, steady, found.steady_from_s, reason)
-    return measured if steady else _volume_over_time(measured, answer, section)
+        why = f"in {WINDOW_S:g} s it goes below half or above twice the mean"
+        measured = replace(measured, steady=False, reason=why)
+    return measured if measured.steady else _volume_over_time(measured, answer, section)
 
 
 def steady_since(answer: Answer, section: str, from_s: float) -> bool:
@@ -113,10 +112,8 @@ def comes_up(answer: Answer, section: str) -> bool:
     if answer.reached_s[section] is None:
         before = SECTIONS[: SECTIONS.index(section)]
         return any(second_half(answer, name).mean for name in before)
-    half, three = (curves.sample_at(share * curves.end_s) for share in (0.5, 0.75))
-    earlier, later = (
-        curves.interval_s * (last - first) * curves.rate_m3_s(section, first, last)
-        for first, last in ((half, three), (three, len(curves.piston_x_um) - 1))
-    )
-    by_chance = _CHANCE * math.sqrt((earlier + later) / PARTICLE_M3)
-    return later > GROWTH * earlier and (later - earlier) / PARTICLE_M3 > by_chance
+    third, last = curves.quarters()
+    earlier = curves.passed_m3(section, third, last) / PARTICLE_M3
+    later = curves.passed_m3(section, last) / PARTICLE_M3
+    by_chance = _CHANCE * math.sqrt(earlier + later)
+    return later > GROWTH * earlier and later - earlier > by_chance
