@@ -28,11 +28,14 @@ from liggghts_driver.sweeps.plan import make_plan
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
+    from pathlib import Path
 
     from numpy.typing import NDArray
 
     from liggghts_driver.darcy import Estimate
+    from liggghts_driver.paper.catalogue import Series
     from liggghts_driver.scene.model import Fluid, Scene
+    from liggghts_driver.sweeps.plan import Plan
 
     FloatArray = NDArray[np.float64]
 
@@ -46,15 +49,29 @@ def example() -> Scene:
     return read_scene(cases_dir() / "infiltration.toml")
 
 
+@cache
+def _plan(path: Path) -> Plan:
+    """A sweep is planned once for all that is asked of it."""
+    return make_plan(path)
+
+
 def scene_of(sweep: str, values: Mapping[str, Any]) -> Scene:
     """The scene of a point of a shipped sweep."""
-    return scene_with(make_plan(sweep_file(sweep)).base, values)
+    return scene_with(_plan(sweep_file(sweep)).base, values)
 
 
-def ends_of(sweep: str) -> tuple[float, float]:
-    """The smallest and the largest gradient of a shipped sweep [Pa/m]."""
-    gradients = [float(p.values[GRADIENT]) for p in make_plan(sweep_file(sweep)).points]
-    return min(gradients), max(gradients)
+def fluid_of(series: Series) -> Scene:
+    """A scene with the fluid of a reading: all its sweeps have the same."""
+    return scene_of(next(iter(series.parts)), {})
+
+
+def gradients_of(series: Series) -> list[float]:
+    """All gradients of a reading [Pa/m], the smallest first."""
+    found = set()
+    for name, chosen in series.parts.items():
+        planned = {float(p.values[GRADIENT]) for p in _plan(sweep_file(name)).points}
+        found |= set(chosen) or planned
+    return sorted(found)
 
 
 def flowing_share(flow_m3_s: float, velocity_m_s: float) -> float:
@@ -76,9 +93,9 @@ def _pores_m2() -> float:
     return specimen.width**2 * (1.0 - specimen.solid_fraction)
 
 
-def law(gradient_pa_m: float) -> Estimate:
-    """The Darcy-like law for the paper's example at one gradient (Eqs. 12-16)."""
-    return predict(example(), gradient_pa_m)
+def law(gradient_pa_m: float, scene: Scene | None = None) -> Estimate:
+    """The Darcy-like law at one gradient (Eqs. 12-16); of the paper's example without a scene."""
+    return predict(scene or example(), gradient_pa_m)
 
 
 def law_flow_m3_s(gradient_pa_m: float) -> float:
@@ -91,14 +108,14 @@ def law_velocity_m_s(gradient_pa_m: float) -> float:
     return float(np.asarray(law(gradient_pa_m).pore_velocity_m_s))
 
 
-def law_reynolds(gradient_pa_m: float) -> float:
+def law_reynolds(gradient_pa_m: float, scene: Scene | None = None) -> float:
     """Its Reynolds number, of the Darcy flux and a particle's diameter."""
-    return float(np.asarray(law(gradient_pa_m).reynolds))
+    return float(np.asarray(law(gradient_pa_m, scene).reynolds))
 
 
-def is_slow(gradient_pa_m: float) -> bool:
+def is_slow(gradient_pa_m: float, scene: Scene | None = None) -> bool:
     """Whether the law is said to hold at a gradient: Re up to about 10."""
-    return law_reynolds(gradient_pa_m) <= LARGEST_REYNOLDS
+    return law_reynolds(gradient_pa_m, scene) <= LARGEST_REYNOLDS
 
 
 def slow_gradients() -> tuple[float, float]:

@@ -2,16 +2,11 @@
 
 from __future__ import annotations
 
+from functools import partial
 from typing import TYPE_CHECKING, Literal
 
 from liggghts_driver.paper import law
-from liggghts_driver.paper.catalogue import (
-    FOLLOWS,
-    GRADIENT,
-    MAIN,
-    PRINTED,
-    VISCOUS,
-)
+from liggghts_driver.paper.catalogue import FOLLOWS, MAIN, PRINTED, VISCOUS
 from liggghts_driver.paper.pooled import exponent, flows_by_gradient, lasting, missing, of_series
 from liggghts_driver.paper.printed import SECTIONS
 from liggghts_driver.paper.words import by_kind, holds, listed, short_cell
@@ -62,19 +57,13 @@ def power_of(stored: Stored, series: Series, section: str) -> Pooled | None:
 
 def fitted(series: Series) -> Callable[[float], bool]:
     """The gradients over which a reading's exponent is fitted: where the law is said to hold."""
-    return law.is_slow if series is not VISCOUS else _everywhere
-
-
-def _everywhere(_gradient_pa_m: float) -> bool:
-    return True
+    return partial(law.is_slow, scene=law.fluid_of(series))
 
 
 def free_flight(series: Series) -> float:
-    """The power of the gradient with which a lone particle flies in the fluid of a reading."""
-    if series is VISCOUS:
-        low, high = law.ends_of("viscous")
-        return law.free_flight_exponent(low, high, law.scene_of("viscous", {GRADIENT: low}))
-    return law.free_flight_exponent(*law.slow_gradients())
+    """The power of the gradient with which a lone particle flies, over the same gradients."""
+    chosen = list(filter(fitted(series), law.gradients_of(series)))
+    return law.free_flight_exponent(chosen[0], chosen[-1], law.fluid_of(series))
 
 
 def kind_of_power(pooled: Pooled) -> PowerKind:
@@ -104,9 +93,8 @@ def _linear(kinds: Mapping[str, Sequence[str]]) -> str:
 
 def _range_of(stored: Stored, series: Series, section: str) -> str:
     """The gradients over which an exponent was fitted, and why others were not."""
-    flows = {
-        g: p for g, p in flows_by_gradient(stored, series, section).items() if fitted(series)(g)
-    }
+    within = fitted(series)
+    flows = {g: p for g, p in flows_by_gradient(stored, series, section).items() if within(g)}
     chosen = list(lasting(flows))
     rising = [g for g, pooled in flows.items() if pooled.rising]
     rest = [g for g in flows if g not in chosen and g not in rising]
