@@ -9,10 +9,17 @@ from paper_results import answer, as_free_flight, linear, point, power_law, ship
 
 from liggghts_driver.paper import changes, explain
 from liggghts_driver.paper.agreement import velocity_agreement
-from liggghts_driver.paper.catalogue import ALL_GRADIENTS, GRADIENT, MAIN, READINGS, VISCOUS
+from liggghts_driver.paper.catalogue import (
+    ALL_GRADIENTS,
+    FOLLOWS,
+    GRADIENT,
+    MAIN,
+    READINGS,
+    VISCOUS,
+)
 from liggghts_driver.paper.cost import cost_sentence
 from liggghts_driver.paper.friction import friction_answer
-from liggghts_driver.paper.law import example, scene_of
+from liggghts_driver.paper.law import example, gradients_of, scene_of
 from liggghts_driver.paper.power import free_flight, power_answer
 from liggghts_driver.paper.steadiness import steady_answer
 from liggghts_driver.paper.stored import NOT_RUN, Stored
@@ -113,6 +120,7 @@ class TestAnswers:
         """Below Re = 1 drag goes with the velocity, in a fluid ten times as viscous."""
         assert free_flight(MAIN) == pytest.approx(1.0 / 1.354, abs=0.01)  # Eq. 18, 1 < Re < 400
         assert free_flight(VISCOUS) == pytest.approx(1.0, abs=1e-6)
+        assert gradients_of(FOLLOWS) == [5.0, 10.0, 20.0]  # at 10 Pa/m it is the first reading
         sentence = power_answer(linear())[-1]
         assert sentence.startswith("*viscous*")
         assert "entrance (10 to 20 Pa/m), 1.00" in sentence

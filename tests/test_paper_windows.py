@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+import numpy as np
 import pytest
 from paper_results import INTERVAL_S, SAMPLES, answer, measured
 
@@ -16,6 +17,7 @@ from liggghts_driver.paper.windows import (
     steady_since,
     uneven,
 )
+from liggghts_driver.statistics import flow_rate
 
 #: Rounding of a few operations.
 EXACT = 1e-12
@@ -76,6 +78,19 @@ class TestSteadyFromAnInstantOn:
     def test_what_arrives_later_is_not(self):
         assert not steady_since(answer(2e-6), "middle", 10.0)  # after 12 s
         assert steady_since(answer(2e-6), "middle", 13.0)
+
+    def test_a_standstill_that_no_drift_is_told_from_is_not_steady_either(self):
+        """As in our runs: a fast entry, nothing from 12.5 to 18 s, a burst, and 1700 mm3/s."""
+
+        def volume_mm3(time_s):
+            burst = 6000.0 * min(max(0.0, time_s - 18.0), 2.0)
+            return 4000.0 * min(time_s, 12.5) + burst + 1700.0 * max(0.0, time_s - 20.0)
+
+        found = curved(volume_mm3)
+        times_s, volumes = INTERVAL_S * np.arange(20, SAMPLES), found.curves.volume_mm3["entrance"]
+        assert flow_rate(times_s, np.array(volumes[20:]), whole=True).steady
+        assert not steady_since(found, "entrance", 10.0)
+        assert "below half or above twice" in rate_from(found, "entrance", 10.0).reason
 
     def test_a_standstill_is_not_steady(self):
         assert not steady_since(curved(with_a_standstill), "entrance", 10.0)
