@@ -125,3 +125,12 @@ def as_free_flight() -> Stored:
 def with_points(stored: Stored, name: str, points: tuple[Point, ...]) -> SweepResults:
     """A sweep of some results with other points in it."""
     return replace(stored.sweeps[name], points=points)
+
+
+def every(made: Callable[[str, int], Answer | None]) -> Stored:
+    """An answer for each sweep and packing."""
+    sweeps = {
+        name: tuple(point(p.values, p.replicate, made(name, p.replicate)) for p in sweep.points)
+        for name, sweep in linear().sweeps.items()
+    }
+    return Stored({n: with_points(linear(), n, points) for n, points in sweeps.items()})

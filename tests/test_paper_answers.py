@@ -5,7 +5,14 @@ from __future__ import annotations
 from dataclasses import replace
 
 import pytest
-from paper_results import answer, as_free_flight, linear, point, power_law, shipped, with_points
+from paper_results import (
+    answer,
+    as_free_flight,
+    every,
+    linear,
+    power_law,
+    shipped,
+)
 
 from liggghts_driver.paper import changes, explain
 from liggghts_driver.paper.agreement import velocity_agreement
@@ -22,21 +29,12 @@ from liggghts_driver.paper.friction import friction_answer
 from liggghts_driver.paper.law import example, gradients_of, scene_of
 from liggghts_driver.paper.power import free_flight, power_answer
 from liggghts_driver.paper.steadiness import steady_answer
-from liggghts_driver.paper.stored import NOT_RUN, Stored
+from liggghts_driver.paper.stored import NOT_RUN
 from liggghts_driver.paper.validity import validity_answer
 from liggghts_driver.paper.varied import FRACTION, POROSITY
 from liggghts_driver.paper.verdict import reading_answer
 from liggghts_driver.paper.what_if import what_if_answer
 from liggghts_driver.prediction import darcy_inputs
-
-
-def every(made):
-    """An answer for each sweep and packing."""
-    sweeps = {
-        name: tuple(point(p.values, p.replicate, made(name, p.replicate)) for p in sweep.points)
-        for name, sweep in linear().sweeps.items()
-    }
-    return Stored({n: with_points(linear(), n, points) for n, points in sweeps.items()})
 
 
 class TestAnswers:
@@ -197,9 +195,9 @@ class TestAnswers:
         assert "exit open" in rest
 
     def test_how_many_changes_chance_would_make(self):
-        """Eight readings beside the first, past two sections: a twentieth of 16."""
+        """Eight readings and the settings, past two sections: a twentieth of 18."""
         found = list(explain.explain_answer(linear()))[-1]
-        assert "of 16 comparisons with several packings about 0.8 would seem a change" in found
+        assert "of 18 comparisons with several packings about 0.9 would seem a change" in found
 
     def test_whole_grains_are_held_against_cut_ones_at_the_same_fraction(self):
         """And not against the first reading, from which they differ in two things."""

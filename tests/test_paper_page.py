@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+import re
 import shutil
 import sys
 from pathlib import Path
@@ -14,7 +15,9 @@ from matplotlib.figure import Figure
 from paper_results import answer, linear, point, shipped, with_points
 from small_scenes import INFILTRATION, scene_of
 
+from liggghts_driver import read_scene
 from liggghts_driver.cli import main
+from liggghts_driver.errors import PackingError
 from liggghts_driver.identity import scene_hash
 from liggghts_driver.paper import catalogue, figures, tables
 from liggghts_driver.paper.catalogue import GRADIENT, SWEEPS, sweep_file
@@ -100,7 +103,7 @@ class TestTheCommand:
     def test_without_runs_it_writes_what_is_known(self, cli, tmp_path):
         code, printed = cli("--collect-only", "--docs", "docs")
         assert code == 1  # not every point has been run
-        assert "0 of 84 points have an answer" in printed
+        assert "0 of 87 points have an answer" in printed
         stored = read_stored(results_file(tmp_path / "docs"))
         assert tuple(stored.sweeps) == SWEEPS
         page = (tmp_path / "docs" / "paper.md").read_text(encoding="utf-8")
@@ -125,7 +128,7 @@ class TestTheCommand:
         )
         monkeypatch.setattr(catalogue, "cases_dir", lambda: cases)
         code, printed = cli("--only", "exit", "--cores", "1")
-        assert (code, "1 of 82 points have an answer" in printed) == (0, True)
+        assert (code, "1 of 85 points have an answer" in printed) == (0, True)
         assert "failed" not in printed
         first = read_stored(results_file(tmp_path / "docs"))
         code, _ = cli("--only", "exit")
@@ -153,6 +156,18 @@ class TestTheRepository:
 
     def test_the_stored_results_are_small(self, shipped_results):
         assert results_file(DOCS).stat().st_size < 500_000
+
+    def test_whole_grains_do_not_fit_at_the_paper_s_fraction(self):
+        """By the command that the page names; the count in the page's words."""
+        scene = read_scene(cases_dir() / "infiltration.toml", ["specimen.cut=inside"])
+        with pytest.raises(PackingError) as raised:
+            prepare(scene)
+        count, asked, fraction = (
+            re.search(pattern, str(raised.value))[1]
+            for pattern in (r"reached (\d+)", r"asked for (\d+)", r"at ([\d.]+), because")
+        )
+        words = f"({count} of {asked} did, at {fraction}:"
+        assert words in (DOCS / "paper.md").read_text(encoding="utf-8")
 
     def test_the_figures_are_those_of_the_stored_results(self, shipped_results):
         record = read_record(record_file(DOCS))

@@ -23,8 +23,10 @@ SWEEPS = (
     "more_gradients",
     "piston_follows",
     "viscous",
+    "settings",
 )
 GRADIENT, FRACTION = "pressure.gradient", "particles.volume_fraction"
+STIFFNESS = "contact.stiffness_scale"
 
 
 def sweep_file(name: str) -> Path:
@@ -90,6 +92,8 @@ FIRST = Reading(MAIN.name, "gradient", {GRADIENT: 10.0})
 AS_PRINTED = Reading(PRINTED.name, "outside_fluid", {GRADIENT: 10.0}, FIRST)
 #: What whole grains are held against: cut ones at the fraction at which whole ones fit.
 CUT_AT_HALF = Reading("cut grains (0.50)", "grains", {"specimen.cut": "bulk"}, FIRST, control=True)
+#: What the cheaper settings of all others are held against.
+SETTINGS = Reading("paper's step and stiffness", "settings", {STIFFNESS: 1.0}, FIRST, control=True)
 READINGS = (
     FIRST,
     AS_PRINTED,
@@ -100,6 +104,7 @@ READINGS = (
     CUT_AT_HALF,
     Reading("reservoir of 0.31 m (v_p = 0.10)", "reservoir", {FRACTION: 0.10}, FIRST),
     Reading("reservoir of 0.12 m (v_p = 0.25)", "reservoir", {FRACTION: 0.25}, FIRST),
+    SETTINGS,
 )
 #: Friction is no reading of Table 1, which has none: Fig. 6.
 FRICTIONS = tuple(

@@ -6,7 +6,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from liggghts_driver.paper.catalogue import SETTINGS
 from liggghts_driver.paper.printed import COST_S_PER_S, STEP_S
+from liggghts_driver.paper.settings import cheaper_sweeps
 from liggghts_driver.paper.stored import NOT_RUN
 from liggghts_driver.paper.tables import table
 from liggghts_driver.paper.words import capital, counted, listed
@@ -17,10 +19,13 @@ if TYPE_CHECKING:
 
     from liggghts_driver.paper.stored import Point, Stored
 
+#: How stiff the contacts of a run are.
+_SOFTER, _AS_PRINTED = "ten times softer", "the paper's"
+
 
 def cost_sentence(stored: Stored) -> str:
-    """The time for a simulated second of all runs, beside the paper's."""
-    points = [point for point in stored.points() if point.answer is not None]
+    """The time for a simulated second, beside the paper's: with our settings, and with its own."""
+    points = [p for p in _with_settings(stored, ours=True) if p.answer is not None]
     known = _seconds_per_second(points)
     if not known:
         return f"{capital(NOT_RUN)}."
@@ -33,8 +38,27 @@ def cost_sentence(stored: Stored) -> str:
         f"({counted(len(known), 'run')} on one core each; {machines}), where the paper says 0.06 h "
         f"= {COST_S_PER_S:g} s: {_less(known, COST_S_PER_S)}. Steps are {number(float(longer), 2)} "
         f"times as long (with softer contacts), and one takes {_middle_and_reach(steps)} ms, the "
-        f"paper's {number(printed, 2)} ms: {_less(steps, printed)}. All are medians."
+        f"paper's {number(printed, 2)} ms: {_less(steps, printed)}.{_like_for_like(stored)} All "
+        "are medians."
     )
+
+
+def _like_for_like(stored: Stored) -> str:
+    """The time for a simulated second at the paper's own step and stiffness."""
+    known = _seconds_per_second(_with_settings(stored, ours=False))
+    if not known:
+        return ""
+    return (
+        f" At the paper's own step and stiffness a simulated second takes "
+        f"{_middle_and_reach(known)} s ({counted(len(known), 'run')}): "
+        f"{_less(known, COST_S_PER_S)}."
+    )
+
+
+def _with_settings(stored: Stored, *, ours: bool) -> list[Point]:
+    """The points with our settings, or those with the paper's."""
+    names = [sweep.name for sweep in cheaper_sweeps(stored)] if ours else [SETTINGS.sweep]
+    return [point for name in names for point in stored.points(name)]
 
 
 def _seconds_per_second(points: Sequence[Point]) -> list[float]:
@@ -61,31 +85,33 @@ def _less(ours: Sequence[float], printed: float) -> str:
 
 
 def cost_table(stored: Stored) -> str:
-    """Time for a simulated second: of the paper, and ours on each machine and day."""
-    groups: dict[tuple[str, str], list[Point]] = {}
-    for point in stored.points():
-        if point.answer is not None:
-            day = str(point.answer.provenance["started"] or NONE)[:10]
-            groups.setdefault((_machine_words(point), day), []).append(point)
+    """Time for a simulated second: of the paper, and ours for settings, machine and day."""
+    groups: dict[tuple[str, str, str], list[Point]] = {}
+    for contacts, ours in ((_SOFTER, True), (_AS_PRINTED, False)):
+        for point in _with_settings(stored, ours=ours):
+            if point.answer is not None:
+                day = str(point.answer.provenance["started"] or NONE)[:10]
+                groups.setdefault((_machine_words(point), day, contacts), []).append(point)
     each = number(1e3 * COST_S_PER_S * STEP_S)
-    paper = ["the paper, a laptop at 2.0 GHz", NONE, "1", "0.1 ms", f"{COST_S_PER_S:g}", NONE, each]
-    rows = [[*paper, "1", NONE]]
+    paper = ["the paper, a laptop at 2.0 GHz", NONE, "1", _AS_PRINTED, "0.1 ms"]
+    rows = [[*paper, f"{COST_S_PER_S:g}", NONE, each, "1", NONE]]
     rows += [
-        [machine, day, *_cost_cells(points)]
-        for (machine, day), points in sorted(groups.items())
+        [machine, day, *_cost_cells(contacts, points)]
+        for (machine, day, contacts), points in sorted(groups.items())
         if _seconds_per_second(points)
     ]
-    heads = ["machine", "begun", "processes", "step", "s per simulated s, median", "range"]
-    return table([*heads, "ms per step", "times faster", "runs"], rows)
+    heads = ["machine", "begun", "processes", "contacts", "step", "s per simulated s, median"]
+    return table([*heads, "range", "ms per step", "times faster", "runs"], rows)
 
 
-def _cost_cells(points: Sequence[Point]) -> list[str]:
-    """What the runs of a machine and a day took."""
+def _cost_cells(contacts: str, points: Sequence[Point]) -> list[str]:
+    """What the runs of a machine and a day took, with the same contacts."""
     answers, seconds = [p.answer for p in points if p.answer], _seconds_per_second(points)
     median = float(np.median(seconds))
     steps = sorted({a.cost["step_s"] for a in answers})
     return [
         ", ".join(str(n) for n in sorted({a.cost["ranks"] for a in answers})),
+        contacts,
         ", ".join(f"{number(1e3 * step, 2)} ms" for step in steps),
         number(median),
         f"{number(min(seconds))} to {number(max(seconds))}",

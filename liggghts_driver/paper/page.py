@@ -18,6 +18,7 @@ from liggghts_driver.paper.phases import phases_answer
 from liggghts_driver.paper.power import power_answer
 from liggghts_driver.paper.printed import LARGEST_REYNOLDS, TABLE_1
 from liggghts_driver.paper.push import push_answer, push_table
+from liggghts_driver.paper.settings import settings_answer, shared_settings
 from liggghts_driver.paper.statements import slips, statements
 from liggghts_driver.paper.steadiness import steady_answer
 from liggghts_driver.paper.stored import NOT_RUN
@@ -30,7 +31,7 @@ from liggghts_driver.report.numbers import number
 from liggghts_driver.resources import templates_dir
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping
+    from collections.abc import Iterator
 
     from liggghts_driver.paper.stored import Stored
 
@@ -67,7 +68,7 @@ def context_of(stored: Stored) -> dict[str, Any]:
     return {
         "done": done,
         "points": len(points),
-        "settings": _settings(stored),
+        "settings": {"shared": shared_settings(stored), "error": settings_answer(stored)},
         "claims": claims(stored),
         "agreement": list(flow_agreement(stored)),
         "velocities": list(velocity_agreement(stored)),
@@ -121,19 +122,6 @@ def _reynolds() -> dict[str, str]:
         "limit": LARGEST_REYNOLDS / law.grain_reynolds(1.0),
     }
     return {name: number(value, 2) for name, value in found.items()}
-
-
-def _settings(stored: Stored) -> list[str]:
-    """The settings that all sweeps share, as TOML would have them."""
-    several = [dict(sweep.settings) for sweep in stored.sweeps.values()]
-    if not several:
-        return []
-    shared: Mapping[str, Any] = several[0]
-    return [
-        f"{key} = {value}"
-        for key, value in shared.items()
-        if all(each.get(key) == value for each in several)
-    ]
 
 
 def _failures(stored: Stored) -> Iterator[str]:
