@@ -21,6 +21,7 @@ from liggghts_driver.errors import PackingError
 from liggghts_driver.identity import scene_hash
 from liggghts_driver.paper import catalogue, figures, tables
 from liggghts_driver.paper.catalogue import GRADIENT, SWEEPS, sweep_file
+from liggghts_driver.paper.choices import choices_table
 from liggghts_driver.paper.cost import cost_table
 from liggghts_driver.paper.decks import deck_sha256_of
 from liggghts_driver.paper.figure_snapshots import View, paint_snapshots, views
@@ -66,6 +67,7 @@ class TestThePage:
         made = [
             tables.flow_table, tables.velocity_table, tables.readings_table,
             tables.exponent_table, tables.validity_table, tables.runs_table, cost_table,
+            choices_table,
         ]  # fmt: skip
         for stored in (linear(), Stored()):
             for each in made:

@@ -45,6 +45,7 @@ class TestPhases:
     def test_a_piston_that_bounces(self):
         found = bounce_of(bouncing().curves)
         assert INTERVAL_S * found.met == 12.0
+        assert INTERVAL_S * found.turned == 14.0
         assert INTERVAL_S * found.returned == 18.5  # the first sample beyond
         assert found.back_m == pytest.approx(0.005)
 
@@ -59,14 +60,15 @@ class TestPhases:
         assert (bounce.met, bounce.returned) == (30, SAMPLES - 1)
 
     def test_in_words(self):
-        entry, standstill, decay = phases_answer(at_ten(bouncing()))
-        assert entry.startswith(
-            "*Entry*, to 12 s: the piston falls almost freely, to about a t = 26"
-        )
+        entry, standstill, creep = phases_answer(at_ten(bouncing()))
+        assert entry.startswith("*Entry*, to 12 s: the piston falls, at last with 24 mm/s")
+        # 1 cm3/s: 2 s back, and 4.5 s forth.
+        assert "its fluid with it, 2.0 cm³ enter, although" in standstill
+        assert "as it comes forth again, 4.5. (In" in standstill
         assert standstill.startswith("*Standstill*, to 18 s")
         assert "bounces back by 5.0 mm" in standstill
-        assert "creeps at 0.30 mm/s over the second half" in decay
-        assert "1.00 and 1.00 past the entrance" in decay
+        assert "creeps at 0.30 mm/s over the second half" in creep
+        assert "1.00 and 1.00 past the entrance" in creep
 
     def test_without_runs(self):
         assert phases_answer(Stored()) == ["Not run yet."]

@@ -79,7 +79,7 @@ class TestStatements:
             "at 1 and 2 Pa/m when",
             "fill 0.93 of the cube",
             "gone 107 of 205 mm at 10 s",
-            "brings 32 × 10⁻⁶",
+            "bring 28 × 10⁻⁶",
             "rises by a factor of 1.8",
         ):
             assert told in words

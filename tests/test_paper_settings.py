@@ -76,7 +76,7 @@ class TestTheSweep:
                 else answer(1e-6 * (1.0 + 0.01 * n))
             )
         )
-        assert set(reading_verdicts(stored)) == {"no"}
+        assert set(reading_verdicts(stored).values()) == {"no"}
 
     def test_the_settings_that_the_others_share_are_said(self):
         """All but those of this sweep."""
@@ -90,8 +90,8 @@ class TestTheirCost:
             lambda name, _: slow(answer(1e-6)) if name == SETTINGS.sweep else answer(1e-6)
         )
         words = cost_sentence(stored)
-        assert "A simulated second takes 16 (16 to 16) s" in words
-        assert "stiffness a simulated second takes 100 (100 to 100) s (3 runs): 2.2 times" in words
+        assert "A simulated second takes 16 s" in words
+        assert "stiffness a simulated second takes 100 s (3 runs): 2.2 times" in words
         rows = cost_table(stored).splitlines()
         assert sum("ten times softer" in row for row in rows) == 1
         assert sum("the paper's | 0.10 ms | 100" in row for row in rows) == 1

@@ -116,6 +116,18 @@ class TestExponents:
         # s = 0.01 sqrt(2), over the root of two packings, t of one degree is 12.706.
         assert found.between == pytest.approx(12.7062 * 0.01, rel=1e-4)
 
+    def test_errors_in_time_enter_by_the_slope_of_least_squares(self):
+        """Of two gradients the root of both squared shares, over the logarithm of their ratio."""
+        flows = {
+            g: Pooled(g, 0.0, share * g, {0: g, 1: g}, 2) for g, share in ((1, 0.03), (2, 0.04))
+        }
+        found = exponent(flows)
+        assert found.in_time == pytest.approx(0.05 / math.log(2.0), rel=1e-9)
+        assert found.interval == pytest.approx(found.in_time / math.sqrt(2.0), rel=1e-9)
+
+    def test_an_unknown_error_in_time_leaves_that_of_the_power_unknown(self):
+        assert exponent(self.flows(0.74, 0.76)).in_time is None
+
     def test_only_gradients_that_are_asked_for_enter(self):
         flows = self.flows(1.0)
         flows[10.0] = Pooled(1.0, None, None, {0: 1e9}, 0)
@@ -216,6 +228,7 @@ class TestCells:
 
     def test_short(self):
         assert short_cell(pooled(1.8, 2.0, 2.2)) == "2.00 ± 0.50 (3)"
+        assert short_cell(pooled(2.0, 2.0)) == "2.000 ± 0.071 (2)"  # alike by chance: that of time
         assert short_cell(pooled(2.0)) == "2.00 (one packing)"
         assert short_cell(None) == NOT_RUN
 

@@ -5,10 +5,13 @@ from __future__ import annotations
 from collections import Counter
 from typing import TYPE_CHECKING, Literal
 
+import numpy as np
+
 from liggghts_driver.paper import law
 from liggghts_driver.paper.catalogue import TABLE_READINGS
 from liggghts_driver.paper.pooled import answers_of, by_gradient, flow, velocity, velocity_range
 from liggghts_driver.paper.printed import ROWS, SECTIONS, TABLE_1
+from liggghts_driver.paper.speeds import ALL
 from liggghts_driver.paper.stored import NOT_RUN
 from liggghts_driver.paper.windows import second_half
 from liggghts_driver.paper.words import (
@@ -21,10 +24,10 @@ from liggghts_driver.paper.words import (
 from liggghts_driver.report.numbers import number
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Iterable, Iterator
 
     from liggghts_driver.paper.catalogue import Series
-    from liggghts_driver.paper.stored import Stored
+    from liggghts_driver.paper.stored import Answer, Point, Stored
     from liggghts_driver.paper.words import Kind
 
 #: What becomes of the flow rates of Table 1.
@@ -37,7 +40,10 @@ _KINDS: dict[Kind, str] = {
     "unknown": "not known yet",
 }
 #: How the range of our mean velocity in time lies to the printed one, which is in time as well.
-Side = Literal["within it", "overlapping it", "below it", "above it", "one packing"]
+Side = Literal[
+    "within it", "overlapping it", "below it", "above it", "above it with all counted",
+    "one packing",
+]  # fmt: skip
 
 
 def flow_agreement(stored: Stored) -> Iterator[str]:
@@ -65,8 +71,37 @@ def _steady(stored: Stored) -> Iterator[str]:
     if rates:
         yield (
             f"{sum(rate.steady for rate in rates)} of {counted(len(rates), 'flow rate')} of single "
-            f"runs are steady over the second half; means with others in them are marked {DRIFTS}."
+            "runs are steady over the second half; means with others in them are marked "
+            f"{DRIFTS}.{_how_far(stored)}"
         )
+
+
+def _how_far(stored: Stored) -> str:
+    """By how much the flow rates that are not steady change."""
+    changes = [
+        change
+        for point in stored.points()
+        if point.sound is not None
+        for name in SECTIONS
+        if not second_half(point.sound, name).steady
+        if (change := _late_change(point.sound, name)) is not None
+    ]
+    if not changes:
+        return ""
+    low, middle, high = (
+        f"{number(100.0 * share, 2)} %" for share in np.quantile(changes, (0.25, 0.5, 0.75))
+    )
+    return (
+        f" From the third quarter of the run to the last, the others change by {middle} in the "
+        f"median; half of them by {low} to {high}."
+    )
+
+
+def _late_change(answer: Answer, section: str) -> float | None:
+    """The relative change of a rate from the third quarter of a run to the last."""
+    third, last = answer.curves.quarters()
+    before = answer.curves.rate_m3_s(section, third, last)
+    return answer.curves.last_quarter_m3_s(section) / before - 1.0 if before > 0.0 else None
 
 
 def velocity_agreement(stored: Stored) -> Iterator[str]:
@@ -86,14 +121,28 @@ def velocity_sides(stored: Stored, series: Series) -> dict[Side, list[str]]:
         if reach is not None and gradient in ROWS:
             several = len(answers_of(points)) > 1
             side = _beside(reach, ROWS[gradient].velocity_m_s) if several else "one packing"
+            if side == "above it" and _all_above(points, ROWS[gradient].velocity_m_s):
+                side = "above it with all counted"
             sides.setdefault(side, []).append(f"{gradient:g}")
     return sides
 
 
 def velocity_words(sides: dict[Side, list[str]]) -> str:
     """The same in words."""
-    told = {"one packing": "known from one packing alone"}
+    told = {
+        "one packing": "known from one packing alone",
+        "above it with all counted": "above it, whatever counts as flowing,",
+    }
     return listed([f"{told.get(s, s)} at {listed(some)} Pa/m" for s, some in sides.items()])
+
+
+def _all_above(points: Iterable[Point], printed: tuple[float, float]) -> bool:
+    """Whether even the mean of all inside is above the printed range: then any choice of some is.
+
+    In every packing of which that is known, and in one at least.
+    """
+    found = [a.faster_m_s[ALL] for a in answers_of(points).values() if ALL in a.faster_m_s]
+    return bool(found) and min(found) > printed[1]
 
 
 def _beside(ours: tuple[float, float], printed: tuple[float, float]) -> Side:

@@ -47,13 +47,17 @@ def is_told(change: Change) -> bool:
 def change_words(change: Change) -> str:
     """A change in per cent with its interval."""
     if change.ci95 is None:
-        sign = "+" if change.mean > 0.0 else ""
-        return f"{sign}{number(100.0 * change.mean, 2)} %, one packing"
+        return f"{exact_words(change.mean)}, one packing"
     decimals = decimals_for(100.0 * change.ci95)
     mean, half = (fixed(100.0 * abs(value), decimals) for value in (change.mean, change.ci95))
     # What rounds to zero has no sign.
     sign = "" if not mean.strip("0.") else "+" if change.mean > 0.0 else "−"
     return f"{sign}{mean} ± {half} %"
+
+
+def exact_words(share: float) -> str:
+    """A change in per cent that has no interval."""
+    return f"{'+' if share > 0.0 else ''}{number(100.0 * share, 2)} %"
 
 
 def sensitivity(stored: Stored) -> Iterator[str]:

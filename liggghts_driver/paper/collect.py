@@ -15,6 +15,7 @@ from liggghts_driver.identity import scene_hash
 from liggghts_driver.machine import this_machine
 from liggghts_driver.paper.catalogue import SWEEPS, sweep_file
 from liggghts_driver.paper.decks import deck_sha256_in
+from liggghts_driver.paper.speeds import mean_speeds_m_s
 from liggghts_driver.paper.stored import (
     NOT_RUN,
     Answer,
@@ -120,6 +121,7 @@ def _answer(run: RunDirectory) -> Answer:
         curves=_curves(series, sections),
         cost=_cost(results),
         provenance=_provenance(results, run),
+        faster_m_s={name: float(f"{v:.3g}") for name, v in mean_speeds_m_s(run).items()},
     )
 
 

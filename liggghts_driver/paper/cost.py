@@ -11,7 +11,7 @@ from liggghts_driver.paper.printed import COST_S_PER_S, STEP_S
 from liggghts_driver.paper.settings import cheaper_sweeps
 from liggghts_driver.paper.stored import NOT_RUN
 from liggghts_driver.paper.tables import table
-from liggghts_driver.paper.words import capital, counted, listed
+from liggghts_driver.paper.words import capital, counted, listed, reach
 from liggghts_driver.report.numbers import NONE, number
 
 if TYPE_CHECKING:
@@ -75,13 +75,13 @@ def _seconds_per_step(points: Sequence[Point]) -> list[float]:
 
 def _middle_and_reach(values: Sequence[float]) -> str:
     """The median, and from the smallest to the largest."""
-    low, middle, high = np.quantile(values, (0.0, 0.5, 1.0))
-    return f"{number(middle, 2)} ({number(low, 2)} to {number(high, 2)})"
+    middle, span = number(float(np.median(values)), 2), reach(values)
+    return middle if span == middle else f"{middle} ({span})"
 
 
 def _less(ours: Sequence[float], printed: float) -> str:
     """How many times less than the paper's."""
-    return f"{number(printed / float(np.median(ours)), 2)} times less"
+    return f"{_middle_and_reach([printed / each for each in ours])} times less"
 
 
 def cost_table(stored: Stored) -> str:
@@ -114,7 +114,7 @@ def _cost_cells(contacts: str, points: Sequence[Point]) -> list[str]:
         contacts,
         ", ".join(f"{number(1e3 * step, 2)} ms" for step in steps),
         number(median),
-        f"{number(min(seconds))} to {number(max(seconds))}",
+        reach(seconds, 3),
         number(1e3 * float(np.median(_seconds_per_step(points)))),
         number(COST_S_PER_S / median, 2),
         str(len(seconds)),

@@ -9,21 +9,28 @@ import numpy as np
 from liggghts_driver.paper import law
 from liggghts_driver.paper.catalogue import (
     AS_PRINTED,
-    FIRST,
-    FRICTIONS,
+    CUT_AT_HALF,
+    FOLLOWS,
     MAIN,
+    PRINTED,
     READINGS,
+    SETTINGS,
     TABLE_READINGS,
 )
 from liggghts_driver.paper.changes import sensitivity
-from liggghts_driver.paper.pooled import answers_of, at_ten, of_reading, velocity
+from liggghts_driver.paper.pooled import answers_of, at_ten, by_gradient, of_reading, velocity
 from liggghts_driver.paper.printed import MAIN_GRADIENT_PA_M, ROWS
+from liggghts_driver.paper.words import listed
 from liggghts_driver.report.numbers import number
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from liggghts_driver.paper.stored import Answer, Stored
+
+
+#: Sweeps with other grains, another outside fluid, or other settings.
+_OTHERWISE = (CUT_AT_HALF.sweep, AS_PRINTED.sweep, SETTINGS.sweep)
 
 
 def explain_answer(stored: Stored) -> list[str]:
@@ -58,31 +65,41 @@ def _crowding(stored: Stored) -> Iterator[str]:
 
 
 def _held_back(stored: Stored) -> Iterator[str]:
-    """How the velocity goes with the number of particles inside, over readings of one gradient."""
+    """How the velocity goes with the number of particles inside: same grains and fluids."""
     found = {}
-    for reading in (*READINGS, *FRICTIONS):
+    for reading in (each for each in READINGS if each.sweep not in _OTHERWISE):
         points = of_reading(stored, reading)
         speed = velocity(points)
-        if reading is not AS_PRINTED and speed is not None:
+        if speed is not None:
             inside = [answer.inside for answer in answers_of(points).values()]
             found[float(np.mean(inside))] = speed.mean
     if len(found) > 1:
         few, many = min(found), max(found)
         low, high = (number(1e3 * v) for v in (min(found.values()), max(found.values())))
         yield (
-            f"The readings and frictions with this outside fluid have {number(round(few))} to "
+            f"The readings with these grains and this outside fluid have {number(round(few))} to "
             f"{number(round(many))} particles inside at the end, and mean velocities of {low} to "
             f"{high} mm/s: there mainly the grains hold particles back, and not their number."
         )
 
 
 def _pushed(stored: Stored) -> Iterator[str]:
-    """The velocity where the fluid before the cube pushes; grains and fluid inside are the same."""
-    first, printed = (velocity(of_reading(stored, each)) for each in (FIRST, AS_PRINTED))
-    if first is not None and printed is not None and printed.mean > first.mean:
+    """The velocity over free flight, which falls with the gradient where those behind push."""
+    told = []
+    for series in (MAIN, PRINTED, FOLLOWS):
+        ratios = {
+            gradient: mean.mean / law.free_flight_m_s(gradient)
+            for gradient, points in by_gradient(stored, series).items()
+            if (mean := velocity(points)) is not None
+        }
+        if len(ratios) > 1:
+            parts = [f"{number(ratio, 2)} at {gradient:g}" for gradient, ratio in ratios.items()]
+            told.append(f"*{series.name}*, {listed(parts)} Pa/m")
+    if told:
         yield (
-            f"In *{AS_PRINTED.title}*, with the same grains and the same fluid at rest inside, it "
-            f"is {number(1e3 * printed.mean)} mm/s: there those behind push."
+            f"Velocity over free flight: {'; '.join(told)}. The grains alone would leave it about "
+            "the same at every gradient; where it falls as the gradient rises, something pushes "
+            "from behind that does not go with the gradient."
         )
 
 

@@ -174,7 +174,7 @@ def _exponents(
 ) -> None:
     for (low, high), pooled in local.items():
         place = aside * math.sqrt(low * high)
-        bars: Any = {"yerr": pooled.between, "fmt": marker, "capsize": 2.5, "markersize": 4}
+        bars: Any = {"yerr": pooled.half_width, "fmt": marker, "capsize": 2.5, "markersize": 4}
         bars["mfc"] = face(pooled, colour)
         axes.errorbar(place, pooled.mean, color=colour, linewidth=1.0, **bars)
         _beyond(axes, place, pooled.mean, colour)

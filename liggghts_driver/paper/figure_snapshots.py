@@ -70,7 +70,7 @@ def views(run: RunDirectory, instants_s: Sequence[float] = INSTANTS_S) -> tuple[
 
 
 def _view(case: Case, path: Path, step: int, piston_x_m: float) -> View:
-    frame = next(iter(iter_binary_frames(path, FRAME_COLUMNS))).sorted_by_id().data
+    frame = iter_binary_frames(path, FRAME_COLUMNS).first().sorted_by_id().data
     population = case.population
     grains = population.centres_m[population.particles :]
     particles = frame[["x", "y", "z"]].to_numpy()

@@ -138,6 +138,13 @@ def free_flight_reynolds(gradient_pa_m: float, scene: Scene | None = None) -> fl
     return float(reynolds_of(fluid.density, fluid.viscosity, radius, speed))
 
 
+def to_the_middle_m() -> float:
+    """From the entrance of the specimen to its middle."""
+    specimen = example().specimen
+    assert specimen is not None
+    return specimen.length / 2.0
+
+
 @cache
 def piston_mass_kg() -> float:
     """The mass of the first reading's piston: that of the suspension before it."""
@@ -155,15 +162,46 @@ def piston_force_n() -> float:
 
 def grain_reynolds(gradient_pa_m: float) -> float:
     """The law's Reynolds number with the diameter of a grain, as is usual for porous media."""
-    scene = example()
-    assert scene.grains is not None
-    assert scene.grains.radius_mean is not None
-    return law_reynolds(gradient_pa_m) * scene.grains.radius_mean / _flier(None)[1]
+    return law_reynolds(gradient_pa_m) * size_ratio()
 
 
 def pressure_force_on_one_n(gradient_pa_m: float) -> float:
     """The force of the gradient on the example's mean particle (Eq. 20)."""
     return pressure_force_n(_flier(None)[1], gradient_pa_m)
+
+
+def suspension_speed_m_s(time_s: float) -> float:
+    """The speed of a mean particle in a fluid that goes with the piston, which nothing holds.
+
+    It lags by the speed at which drag gives it the piston's acceleration (Eqs. 17-19).
+    """
+    (fluid, radius), piston, particles = _flier(None), example().piston, example().particles
+    assert piston is not None
+    assert particles.density is not None
+    force = particles.density * sphere_volume_m3(radius) * piston.acceleration
+    lag = free_flight_speed_m_s(fluid.density, fluid.viscosity, radius, force)
+    return piston.acceleration * time_s - lag
+
+
+def free_flight_by_volume_m_s(gradient_pa_m: float) -> float:
+    """Free flight if the gradient pushed with volume times gradient, not with Eq. 20."""
+    fluid, radius = _flier(None)
+    force = sphere_volume_m3(radius) * gradient_pa_m
+    return free_flight_speed_m_s(fluid.density, fluid.viscosity, radius, force)
+
+
+def mixture_reynolds(gradient_pa_m: float) -> float:
+    """The law's Reynolds number with the viscosity of the mixture (Eq. 6), which its flux has."""
+    found, fluid = law(gradient_pa_m), _flier(None)[0]
+    return law_reynolds(gradient_pa_m) * fluid.viscosity / found.effective_viscosity_pa_s
+
+
+def size_ratio() -> float:
+    """A mean grain over a mean particle."""
+    grains = example().grains
+    assert grains is not None
+    assert grains.radius_mean is not None
+    return grains.radius_mean / _flier(None)[1]
 
 
 def drag_over_pressure_force(time_s: float, gradient_pa_m: float) -> float:

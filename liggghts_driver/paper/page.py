@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING, Any
 
 import jinja2
@@ -9,6 +10,7 @@ import jinja2
 from liggghts_driver.paper import law, tables
 from liggghts_driver.paper.agreement import flow_agreement, velocity_agreement
 from liggghts_driver.paper.catalogue import ALL_GRADIENTS
+from liggghts_driver.paper.choices import choices_answer, choices_table
 from liggghts_driver.paper.claims import claims
 from liggghts_driver.paper.cost import cost_sentence, cost_table
 from liggghts_driver.paper.explain import explain_answer
@@ -16,7 +18,7 @@ from liggghts_driver.paper.figures import DRAWINGS, SNAPSHOTS, first_run
 from liggghts_driver.paper.friction import STOPPED, friction_answer
 from liggghts_driver.paper.phases import phases_answer
 from liggghts_driver.paper.power import power_answer
-from liggghts_driver.paper.printed import LARGEST_REYNOLDS, TABLE_1
+from liggghts_driver.paper.printed import LARGEST_REYNOLDS, SECTIONS, TABLE_1
 from liggghts_driver.paper.push import push_answer, push_table
 from liggghts_driver.paper.settings import settings_answer, shared_settings
 from liggghts_driver.paper.statements import slips, statements
@@ -38,8 +40,12 @@ if TYPE_CHECKING:
 _STEADY_LEGEND = (
     f"{DRIFTS}: over the second half the flow is not steady in some packing. {RISING}: in some "
     f"packing the last quarter of the run has more than {GROWTH:g} times the rate of the quarter "
-    "before: the flow still comes up, and its rate is left out of the exponents."
+    "before, and more than by chance: the flow still comes up, and its rate is left out of the "
+    "exponents."
 )
+
+#: Over a sphere that just passes between three touching ones, their size: 1 / (2 / sqrt(3) - 1).
+_THROAT = 1.0 / (2.0 / math.sqrt(3.0) - 1.0)
 
 
 def render_page(stored: Stored) -> str:
@@ -70,6 +76,7 @@ def context_of(stored: Stored) -> dict[str, Any]:
         "points": len(points),
         "settings": {"shared": shared_settings(stored), "error": settings_answer(stored)},
         "claims": claims(stored),
+        "choices": choices_answer(stored),
         "agreement": list(flow_agreement(stored)),
         "velocities": list(velocity_agreement(stored)),
         "steady_legend": _STEADY_LEGEND,
@@ -81,6 +88,10 @@ def context_of(stored: Stored) -> dict[str, Any]:
             "force": number(1e3 * law.piston_force_n(), 2),
         },
         "stopped": number(100.0 * STOPPED, 1),
+        "printed_power": {
+            name: tables.printed_exponent(*law.slow_gradients(), name) for name in SECTIONS
+        },
+        "sizes": {"ratio": number(law.size_ratio()), "throat": number(_THROAT)},
         "reynolds": _reynolds(),
         "power": power_answer(stored),
         "steady": steady_answer(stored),
@@ -94,6 +105,7 @@ def context_of(stored: Stored) -> dict[str, Any]:
         "tables": {
             "flow": tables.flow_table(stored),
             "velocity": tables.velocity_table(stored),
+            "choices": choices_table(stored),
             "readings": tables.readings_table(stored),
             "push": push_table(stored),
             "exponents": tables.exponent_table(stored),
@@ -119,6 +131,7 @@ def _reynolds() -> dict[str, str]:
         "pores": law.law_reynolds(inside) / (1.0 - specimen.solid_fraction),
         "flight": law.free_flight_reynolds(TABLE_1[0].gradient_pa_m),
         "grains": law.grain_reynolds(inside),
+        "mixture": law.mixture_reynolds(inside),
         "limit": LARGEST_REYNOLDS / law.grain_reynolds(1.0),
     }
     return {name: number(value, 2) for name, value in found.items()}

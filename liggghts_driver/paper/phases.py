@@ -7,11 +7,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from liggghts_driver.paper import law
 from liggghts_driver.paper.catalogue import MAIN
 from liggghts_driver.paper.pooled import answers_of, at_ten, missing
 from liggghts_driver.paper.printed import SECTIONS
-from liggghts_driver.paper.words import FLOW_UNIT, capital, listed
+from liggghts_driver.paper.words import FLOW_UNIT, capital, listed, reach
 from liggghts_driver.report.numbers import number
 
 if TYPE_CHECKING:
@@ -26,14 +25,15 @@ class Bounce:
 
     Attributes
     ----------
-    met, returned
-        The samples at which the piston turns back, and from which it is farther than there again;
-        the last sample if it never is.
+    met, turned, returned
+        The samples at which the piston goes back, forth again, and from which it is farther than
+        when it met the bed; the last sample if it never is.
     back_m
         How far it goes back between them.
     """
 
     met: int
+    turned: int
     returned: int
     back_m: float
 
@@ -47,7 +47,8 @@ def bounce_of(curves: Curves) -> Bounce | None:
     met = int(backwards[0])
     beyond = np.flatnonzero(places_m[met + 1 :] > places_m[met])
     returned = met + 1 + int(beyond[0]) if len(beyond) else len(places_m) - 1
-    return Bounce(met, returned, float(places_m[met] - places_m[met : returned + 1].min()))
+    turned = met + int(np.argmin(places_m[met : returned + 1]))
+    return Bounce(met, turned, returned, float(places_m[met] - places_m[turned]))
 
 
 def phases_answer(stored: Stored) -> list[str]:
@@ -57,35 +58,36 @@ def phases_answer(stored: Stored) -> list[str]:
     found = [(curves, bounce) for curves in several if (bounce := bounce_of(curves)) is not None]
     if not found:
         return [] if several else [f"{capital(missing(points))}."]
-    return [_entry(found), _standstill(found), _decay(several)]
+    return [_entry(found), _standstill(found), _creep(several)]
 
 
 def _entry(found: Sequence[tuple[Curves, Bounce]]) -> str:
-    piston = law.example().piston
-    assert piston is not None
     met = [bounce.met * curves.interval_s for curves, bounce in found]
-    speed = piston.acceleration * float(np.mean(met))
+    fastest = [
+        1e-3 * float(np.diff(c.piston_x_um[: b.met + 1]).max()) / c.interval_s for c, b in found
+    ]
     entered = [1e6 * curves.passed_m3("entrance", 0, bounce.met) for curves, bounce in found]
     return (
-        f"*Entry*, to {_reach(met)} s: the piston falls almost freely, to about a t = "
-        f"{number(1e3 * speed, 2)} mm/s, and {_reach(entered)} cm³ of particles enter; the others "
-        "pile up before the entrance."
+        f"*Entry*, to {reach(met)} s: the piston falls, at last with {reach(fastest)} mm/s, and "
+        f"{reach(entered)} cm³ of particles enter; the others pile up before the entrance."
     )
 
 
 def _standstill(found: Sequence[tuple[Curves, Bounce]]) -> str:
     returned = [bounce.returned * curves.interval_s for curves, bounce in found]
     back = [1e3 * bounce.back_m for _, bounce in found]
-    entered = [1e6 * c.passed_m3("entrance", b.met, b.returned) for c, b in found]
+    backwards = [1e6 * c.passed_m3("entrance", b.met, b.turned) for c, b in found]
+    forwards = [1e6 * c.passed_m3("entrance", b.turned, b.returned) for c, b in found]
     return (
-        f"*Standstill*, to {_reach(returned)} s: the piston meets the dense bed and bounces back "
-        f"by {_reach(back)} mm. Its fluid goes back with it, and {_reach(entered)} cm³ enter in "
-        "that time, although the gradient acts inside all the while. (In *v_f = a t* the piston "
-        "bounces too, and the flow goes on: it is the fluid that holds the particles back.)"
+        f"*Standstill*, to {reach(returned)} s: the piston meets the dense bed and bounces back "
+        f"by {reach(back)} mm. While it goes back, and its fluid with it, {reach(backwards)} cm³ "
+        f"enter, although the gradient acts inside; as it comes forth again, {reach(forwards)}. "
+        "(In *v_f = a t* the piston bounces too, and the flow goes on: it is the fluid that holds "
+        "the particles back.)"
     )
 
 
-def _decay(several: Sequence[Curves]) -> str:
+def _creep(several: Sequence[Curves]) -> str:
     """The second half, and the rates of both sections in its first and in its last quarter."""
     halves = [(curves, *curves.quarters()) for curves in several]
     speeds = [
@@ -98,7 +100,7 @@ def _decay(several: Sequence[Curves]) -> str:
         later = _mean(c.rate_m3_s(name, three) for c, _, three in halves)
         told.append(f"{earlier} and {later} past the {name}")
     return (
-        f"*Decay*, to the end: the piston creeps at {_reach(speeds)} mm/s over the second half; "
+        f"*Creep*, to the end: the piston creeps at {reach(speeds)} mm/s over the second half; "
         "the flow rates in the third and the fourth quarter of the run are "
         f"{listed(told)}, in 10⁻⁶ m³/s."
     )
@@ -106,9 +108,3 @@ def _decay(several: Sequence[Curves]) -> str:
 
 def _mean(rates_m3_s: Iterable[float]) -> str:
     return number(float(np.mean(list(rates_m3_s))) / FLOW_UNIT)
-
-
-def _reach(values: Sequence[float]) -> str:
-    """One number where all are the same to two digits, else from the smallest to the largest."""
-    low, high = number(min(values), 2), number(max(values), 2)
-    return low if low == high else f"{low} to {high}"

@@ -16,8 +16,10 @@ from liggghts_driver.paper.windows import comes_up, rate_from, second_half
 from liggghts_driver.statistics import students_half_width
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Mapping
+    from collections.abc import Callable, Iterable, Mapping, Sequence
     from typing import Any
+
+    from numpy.typing import NDArray
 
     from liggghts_driver.paper.catalogue import Reading, Series
     from liggghts_driver.paper.stored import Answer, Measured, Point, Stored
@@ -67,8 +69,8 @@ class Pooled:
 
     @property
     def half_width(self) -> float | None:
-        """What a bar shows: the packings' interval, of one packing that of its time."""
-        return self.in_time if self.between is None else self.between
+        """What a bar shows: what the mean is judged by, of one packing the error in its time."""
+        return self.in_time if self.between is None else self.interval
 
 
 def pool(found: Mapping[int, Measured]) -> Pooled | None:
@@ -187,15 +189,29 @@ def exponent(
     whole = [s for s in seeds if all(s in pooled.values for pooled in chosen.values())]
     if len(chosen) < 2 or not whole:
         return None
-    logs = np.log(list(chosen))
-    slopes = {
-        seed: float(np.polyfit(logs, np.log([p.values[seed] for p in chosen.values()]), 1)[0])
-        for seed in whole
-    }
+    weights, several = _slope_weights(list(chosen)), list(chosen.values())
+    slopes = {s: float(weights @ np.log([p.values[s] for p in several])) for s in whole}
     mean = float(np.mean(list(slopes.values())))
-    steady = all(pooled.steady == pooled.packings for pooled in chosen.values())
-    half = students_half_width(list(slopes.values()))
-    return Pooled(mean, half, None, slopes, len(slopes) if steady else 0)
+    steady = all(pooled.steady == pooled.packings for pooled in several)
+    between = students_half_width(list(slopes.values()))
+    return Pooled(
+        mean, between, _power_in_time(weights, several), slopes, len(slopes) if steady else 0
+    )
+
+
+def _slope_weights(gradients: Sequence[float]) -> NDArray[np.float64]:
+    """By which the logarithms of flow rates sum up to the slope of least squares."""
+    logs = np.log(gradients) - np.mean(np.log(gradients))
+    weights: NDArray[np.float64] = logs / np.sum(logs**2)
+    return weights
+
+
+def _power_in_time(weights: NDArray[np.float64], several: Sequence[Pooled]) -> float | None:
+    """The error in time of a power, from those of the flow rates, which are independent."""
+    known = [p.in_time / p.mean for p in several if p.in_time is not None]
+    if len(known) < len(several):
+        return None
+    return float(np.sqrt(np.sum((weights * known) ** 2)))
 
 
 def lasting(flows: Mapping[float, Pooled]) -> dict[float, Pooled]:

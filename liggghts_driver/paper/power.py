@@ -68,11 +68,11 @@ def free_flight(series: Series) -> float:
 
 def kind_of_power(pooled: Pooled) -> PowerKind:
     """Whether a flow goes with the gradient; only an interval too narrow to hold 0.74 says so."""
-    if pooled.between is None:
+    if pooled.interval is None:
         return "one packing"
     if not holds(pooled, _PROPORTIONAL):
         return "other"
-    return "proportional" if pooled.between < _TELLS_APART else "not told"
+    return "proportional" if pooled.interval < _TELLS_APART else "not told"
 
 
 def _apart(free: float) -> bool:

@@ -37,6 +37,8 @@ if TYPE_CHECKING:
 
 #: Numbers closer than this are the same, as printed to three digits.
 _SAME = 0.01
+#: How densely spheres lie that have come to rest at random, about.
+_DENSE = 0.6
 #: A ratio that changes by more than this from one gradient to another is no constant.
 _CONSTANT = 1.25
 
@@ -63,6 +65,7 @@ def statements() -> list[Statement]:
         _travel(),
         _piston(),
         _outside(),
+        _at_rest(),
         _closed(),
         _grains(),
     ]
@@ -113,8 +116,8 @@ def _velocities() -> Statement:
         f"The printed velocity of the flowing particles over that of free flight is {told} Pa/m: "
         f"up to {MAIN_GRADIENT_PA_M:g} Pa/m it rises by a factor of {number(rise, 2)}. The same "
         "grains stand in the way, which by themselves leave it about the same, and a push from "
-        "behind counts most at small gradients and makes it fall. Nothing in Eqs. 17 to 20 makes "
-        "it rise."
+        "behind counts most at small gradients and makes it fall, as in our runs. Nothing in Eqs. "
+        "17 to 20 makes it rise."
     )
     title = "Table 1's velocities, and Eqs. 17 to 20"
     return Statement(title, words, "clash" if rise > _CONSTANT else "together")
@@ -130,7 +133,7 @@ def _travel() -> Statement:
     }
     told = ", ".join(f"{number(time, 2)} s at {g:g}" for g, time in times.items())
     assert scene.piston is not None
-    entry = scene.piston.acceleration * STEADY_FROM_S
+    entry = law.suspension_speed_m_s(STEADY_FROM_S)
     gain = law.carried_m(entry, MAIN_GRADIENT_PA_M)
     late = [f"{g:g}" for g, time in times.items() if time > end]
     never = ""
@@ -143,7 +146,7 @@ def _travel() -> Statement:
         f"{STEADY_FROM_S:g} s on (at {MAIN_GRADIENT_PA_M:g} Pa/m), the runs end at {end:g} s, and "
         f"Table 1 has a flow past the middle at every gradient.{never} Sooner it gets there only "
         "if a dense bed pushes from behind, or if it enters fast: a lone one that enters at "
-        f"{number(1e3 * entry, 2)} mm/s, as fast as the piston has become by {STEADY_FROM_S:g} s, "
+        f"{number(1e3 * entry, 2)} mm/s, as the suspension does by {STEADY_FROM_S:g} s, "
         f"gains {number(1e3 * gain, 2)} mm on the way at {MAIN_GRADIENT_PA_M:g} Pa/m. When the "
         "first particles of our runs pass the middle is told above, under Figs. 3 and 4."
     )
@@ -176,21 +179,25 @@ def _piston_at_ten() -> Statement:
     assert scene.specimen is not None
     assert scene.particles.volume_fraction is not None
     area_m2 = scene.specimen.width**2
-    length_m = PARTICLES * mean_particle_volume_m3(scene.particles) / area_m2
-    length_m /= scene.particles.volume_fraction
-    speed = scene.piston.acceleration * STEADY_FROM_S
-    way_m = 0.5 * speed * STEADY_FROM_S
+    solid_m = PARTICLES * mean_particle_volume_m3(scene.particles) / area_m2
+    length_m, bed_m = solid_m / scene.particles.volume_fraction, solid_m / _DENSE
+    acceleration = scene.piston.acceleration
+    way_m, speed = 0.5 * acceleration * STEADY_FROM_S**2, law.suspension_speed_m_s(STEADY_FROM_S)
     brought = speed * area_m2 * scene.particles.volume_fraction
+    meets_s = math.sqrt(2.0 * (length_m - bed_m) / acceleration)
     words = (
-        f"With {1e3 * scene.piston.acceleration:g} mm/s² the piston has gone "
-        f"{number(1e3 * way_m)} of {number(1e3 * length_m)} mm at {STEADY_FROM_S:g} s, and goes at "
-        f"{number(1e3 * speed, 2)} mm/s, if nothing holds it yet. The suspension comes with it and "
-        f"brings {number(brought / FLOW_UNIT, 2)} × 10⁻⁶ m³/s of particles to the entrance, "
-        f"{number(brought / printed, 2)} times what Table 1 has past it. Only a bed that reaches "
-        "back to the piston can stop it. With a reservoir that is much shorter it has met that bed "
-        "before."
+        f"With {1e3 * acceleration:g} mm/s² the piston has gone {number(1e3 * way_m)} of "
+        f"{number(1e3 * length_m)} mm at {STEADY_FROM_S:g} s, and goes at "
+        f"{number(1e3 * acceleration * STEADY_FROM_S, 2)} mm/s, if nothing holds it yet. Particles "
+        f"lag behind the fluid, at {number(1e3 * speed, 2)} mm/s, and bring "
+        f"{number(brought / FLOW_UNIT, 2)} × 10⁻⁶ m³/s to the entrance, "
+        f"{number(brought / printed, 2)} times what Table 1 has past it. The others pile up there. "
+        f"Even if none entered, in a bed of {_DENSE:g}, the piston would meet it only at "
+        f"{number(meets_s, 2)} s, with {number(1e3 * acceleration * meets_s, 2)} mm/s: a flow that "
+        "is steady before would have to stay so through that impact. With a reservoir that is much "
+        "shorter it has met that bed before."
     )
-    together = way_m >= length_m or brought <= printed
+    together = meets_s <= STEADY_FROM_S or brought <= printed
     title = f"A piston that starts from rest, and a steady flow from {STEADY_FROM_S:g} s on"
     return Statement(title, words, "together" if together else "open")
 
@@ -215,6 +222,26 @@ def _outside() -> Statement:
     )
     title = "v_f = a t outside, v_f = 0 inside, and an incompressible fluid"
     return Statement(title, words, "together" if overtaken >= scene.time.duration else "clash")
+
+
+def _at_rest() -> Statement:
+    found = law.law(MAIN_GRADIENT_PA_M)
+    velocity = float(np.asarray(found.pore_velocity_m_s))
+    words = (
+        "Inside the specimen the simulation has a pressure gradient, and a fluid at rest (v_f = "
+        "0). By Darcy's law (Eqs. 12 to 15), and without body forces, a viscous fluid at rest has "
+        f"no gradient of pressure, and at {MAIN_GRADIENT_PA_M:g} Pa/m the law's fluid goes through "
+        f"the pores at {number(1e3 * velocity)} mm/s. In such a fluid a lone particle would go "
+        f"faster by as much as its free flight, {number(1e3 * _free_flight())} mm/s. That both are "
+        "nearly the same at this gradient is chance: one goes with the permeability, the other "
+        "with the size of a particle."
+    )
+    title = "A pressure gradient, and v_f = 0 inside"
+    return Statement(title, words, "clash" if velocity > 0.0 else "together")
+
+
+def _free_flight() -> float:
+    return law.free_flight_m_s(MAIN_GRADIENT_PA_M)
 
 
 def _closed() -> Statement:
@@ -269,7 +296,21 @@ def _slips() -> Iterator[str]:
             f"read as {number(first.entrance_m3_s)} and {number(first.middle_m3_s)}, their "
             "exponent a slip."
         )
+    yield _sphere_as_cylinder()
     yield (
         "Eq. 11 gives the weight phi to the upper bound, Eqs. 15 and 16 give it to the lower one. "
         "Both are the same for phi = 0.5 alone; Eq. 11 is the definition here."
+    )
+
+
+def _sphere_as_cylinder() -> str:
+    """What Eq. 20 makes of a sphere."""
+    by_volume = law.free_flight_by_volume_m_s(MAIN_GRADIENT_PA_M)
+    return (
+        "Eq. 20 pushes with 2πr³∇p, as on a cylinder as long as a sphere is wide; a constant "
+        "gradient pushes on a sphere with 4/3 πr³∇p. With that a lone particle would go at "
+        f"{number(1e3 * by_volume)} mm/s at {MAIN_GRADIENT_PA_M:g} Pa/m, "
+        f"{number(by_volume / _free_flight(), 2)} of the {number(1e3 * _free_flight())} here. The "
+        "simulations have Eq. 20, and the drag of a lone sphere however densely they lie: these "
+        "are the paper's model."
     )

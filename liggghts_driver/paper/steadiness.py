@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from liggghts_driver.paper.catalogue import MAIN
+from liggghts_driver.paper.catalogue import MAIN, TABLE_READINGS
 from liggghts_driver.paper.pooled import answers_of, at_ten, by_gradient, flow_from, missing
 from liggghts_driver.paper.printed import MAIN_GRADIENT_PA_M, ROWS, SECTIONS, STEADY_FROM_S
 from liggghts_driver.paper.windows import WINDOW_S, rates_in_windows, second_half, uneven
@@ -14,12 +14,13 @@ from liggghts_driver.paper.words import (
     counted,
     judge,
     listed,
+    reach,
     short_cell,
 )
 from liggghts_driver.report.numbers import number
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Sequence
+    from collections.abc import Iterable, Iterator, Sequence
 
     from liggghts_driver.paper.stored import Answer, Point, Stored
 
@@ -35,7 +36,7 @@ def steady_answer(stored: Stored) -> list[str]:
         for name in SECTIONS
     ]
     sentences += [_from_then_on(points, name) for name in SECTIONS]
-    return [*sentences, _arrivals(stored)]
+    return [*sentences, *_past_both(stored), _arrivals(stored)]
 
 
 def steady_words(points: Sequence[Point], section: str) -> str:
@@ -49,6 +50,23 @@ def steady_words(points: Sequence[Point], section: str) -> str:
     why = f" ({'; '.join(drifts)})" if drifts else ""
     steady = sum(each.steady for each in found)
     return f"steady in {steady} of {counted(len(found), 'packing')}{why}"
+
+
+def _past_both(stored: Stored) -> Iterator[str]:
+    """Whether as much passes the middle as the entrance at the end, as it does in a steady flow."""
+    told = []
+    for series in TABLE_READINGS:
+        curves = [answer.curves for answer in answers_of(at_ten(stored, series)).values()]
+        rates = [[each.last_quarter_m3_s(name) for name in SECTIONS] for each in curves]
+        ratios = [entrance / middle for entrance, middle in rates if middle > 0.0]
+        if ratios:
+            told.append(f"{reach(ratios, 3)} times that past the middle in *{series.name}*")
+    if told:
+        yield (
+            "A steady flow is the same past both sections. In the last quarter of the runs that "
+            f"past the entrance is {listed(told)}: above 1 the half between them still fills, "
+            "below 1 it empties."
+        )
 
 
 def _typeset(reason: str) -> str:

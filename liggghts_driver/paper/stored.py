@@ -61,6 +61,10 @@ class Curves:
         volumes = self.volume_mm3[section]
         return 1e-9 * (volumes[last] - volumes[first])
 
+    def last_quarter_m3_s(self, section: str) -> float:
+        """The mean flow rate past a section in the last quarter of the run."""
+        return self.rate_m3_s(section, self.quarters()[1])
+
     def quarters(self) -> tuple[int, int]:
         """The samples at which the third and the last quarter of the run begin."""
         return self.sample_at(0.5 * self.end_s), self.sample_at(0.75 * self.end_s)
@@ -90,6 +94,9 @@ class Answer:
         ``cpu_s``, ``wall_s``, ``simulated_s``, ``step_s``, ``ranks``, ``particles``.
     provenance
         ``deck_sha256``, ``engine``, ``liggghts_driver``, ``started``, ``machine``.
+    faster_m_s
+        The mean velocity of what is faster than some share of free flight (``speeds``); empty
+        where no frames were left when the run was collected.
     """
 
     verdict: str
@@ -103,6 +110,7 @@ class Answer:
     curves: Curves
     cost: Mapping[str, Any]
     provenance: Mapping[str, Any]
+    faster_m_s: Mapping[str, float] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)

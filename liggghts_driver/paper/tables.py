@@ -35,7 +35,7 @@ from liggghts_driver.paper.pooled import (
 from liggghts_driver.paper.power import fitted
 from liggghts_driver.paper.printed import MAIN_GRADIENT_PA_M, ROWS, SECTIONS, TABLE_1
 from liggghts_driver.paper.words import FLOW_UNIT, cell, judge, marks, short_cell
-from liggghts_driver.report.numbers import NONE, number
+from liggghts_driver.report.numbers import NONE, number, with_error
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping, Sequence
@@ -98,8 +98,9 @@ def _velocity_cell(points: Sequence[Point]) -> str:
     if mean is None or reach is None:
         return missing(points)
     low, high = (number(v / _VELOCITY_UNIT) for v in reach)
-    half = "" if mean.between is None else f" ± {number(mean.between / _VELOCITY_UNIT, 2)}"
-    return f"{number(mean.mean / _VELOCITY_UNIT)}{half}; {low} to {high}{marks(mean)}"
+    own = mean.mean / _VELOCITY_UNIT
+    half = None if mean.interval is None else mean.interval / _VELOCITY_UNIT
+    return f"{with_error(own, half)}; {low} to {high}{marks(mean)}"
 
 
 def readings_table(stored: Stored) -> str:
@@ -141,7 +142,7 @@ def exponent_table(stored: Stored) -> str:
     free = [number(law.free_flight_exponent(*pair), 2) for pair in ends]
     rows = [["law", *["1"] * len(ends)], ["free flight", *free]]
     for section in SECTIONS:
-        printed = [_printed_exponent(*pair, section) for pair in ends]
+        printed = [printed_exponent(*pair, section) for pair in ends]
         rows.append([f"DEM, printed, {section}", *printed])
     for series in (MAIN, PRINTED, FOLLOWS, VISCOUS):
         for section in SECTIONS:
@@ -154,7 +155,7 @@ def exponent_table(stored: Stored) -> str:
             last = NONE if overall is None and len(flows) > 1 else short_cell(overall)
             rows.append([f"{series.name}, {section}", *own, last])
     heads = [f"{low:g} to {high:g} Pa/m" for low, high in pairs]
-    return table(["", *heads, f"fitted up to {slow[1]:g}"], rows)
+    return table(["", *heads, "fitted"], rows)
 
 
 def _exponent_cell(
@@ -170,7 +171,8 @@ def _exponent_cell(
     return short_cell(local.get(pair))
 
 
-def _printed_exponent(low: float, high: float, section: str) -> str:
+def printed_exponent(low: float, high: float, section: str) -> str:
+    """The power of the gradient of the paper's simulated flow rates between two gradients."""
     ratio = ROWS[high].flow_m3_s(section) / ROWS[low].flow_m3_s(section)
     return number(float(np.log(ratio) / np.log(high / low)), 2)
 

@@ -66,10 +66,10 @@ def reading_answer(stored: Stored) -> list[str]:
     return sentences
 
 
-def reading_verdicts(stored: Stored) -> list[Verdict]:
+def reading_verdicts(stored: Stored) -> dict[str, Verdict]:
     """Whether it gives the paper's flow rates, for each reading that the paper may mean."""
     held = [_held(stored, reading) for reading in READINGS if not reading.control]
-    return [each.verdict for each in held]
+    return {each.title: each.verdict for each in held}
 
 
 def _held(stored: Stored, reading: Reading) -> _Held:

@@ -6,14 +6,20 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from liggghts_driver.paper.changes import change_words, exact_words
 from liggghts_driver.paper.printed import SECTIONS
 from liggghts_driver.paper.stored import NOT_RUN
 from liggghts_driver.paper.varied import FRACTION, POROSITY
-from liggghts_driver.paper.words import FLOW_UNIT, capital, cell, judge
+from liggghts_driver.paper.words import FLOW_UNIT, capital, cell, judge, listed
+from liggghts_driver.studies.paired import paired_change
 
 if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+    from liggghts_driver.darcy import Estimate
     from liggghts_driver.paper.stored import Stored
     from liggghts_driver.paper.varied import Varied
+    from liggghts_driver.studies.paired import Change
 
 
 def what_if_answer(stored: Stored) -> list[str]:
@@ -23,12 +29,42 @@ def what_if_answer(stored: Stored) -> list[str]:
         for varied in (FRACTION, POROSITY)
         for value in sorted(set().union(*(varied.flows(stored, s) for s in SECTIONS)))
     ]
-    return sentences or [f"{capital(NOT_RUN)}."]
+    sentences += [_from_first_to_last(stored, varied) for varied in (FRACTION, POROSITY)]
+    return [each for each in sentences if each] or [f"{capital(NOT_RUN)}."]
+
+
+def _from_first_to_last(stored: Stored, varied: Varied) -> str:
+    """What an input changes from its smallest to its largest value: of our flows, and the law's."""
+    changes, found = {}, {name: varied.flows(stored, name) for name in SECTIONS}
+    for name, flows in found.items():
+        if len(flows) > 1:
+            low, high = min(flows), max(flows)
+            changes[name] = paired_change(flows[high].values, flows[low].values)
+    known = {name: change for name, change in changes.items() if change is not None}
+    if not known:
+        return ""
+    theirs = _law_m3_s(varied.estimate(high)) / _law_m3_s(varied.estimate(low)) - 1.0
+    told = [f"past the {name} by {change_words(change)}" for name, change in known.items()]
+    return (
+        f"From {varied.symbol} = {low:g} to {high:g} the flow rate changes {listed(told)}, the "
+        f"law's by {exact_words(theirs)}"
+        f"{_another_course(known.values(), theirs)}."
+    )
+
+
+def _another_course(changes: Iterable[Change], theirs: float) -> str:
+    """Whether that is another change than the law's, past each section."""
+    told = [c.ci95 is not None and abs(c.mean - theirs) > c.ci95 for c in changes]
+    return ": another course, and where one value agrees the two cross" if all(told) else ""
+
+
+def _law_m3_s(estimated: Estimate) -> float:
+    return float(np.asarray(estimated.particle_flow_rate_m3_s))
 
 
 def _beside_the_law(stored: Stored, varied: Varied, value: float) -> str:
     law_at = varied.estimate(value)
-    expected = float(np.asarray(law_at.particle_flow_rate_m3_s))
+    expected = _law_m3_s(law_at)
     outside = "" if law_at.valid else ", where it is said not to hold"
     told = []
     for section in SECTIONS:

@@ -36,19 +36,21 @@ _CHANCE = 3.0
 def second_half(answer: Answer, section: str) -> Measured:
     """What a run says of the flow past a section in its second half.
 
-    The run's own window is the steady part, or what comes closest. That may be the whole run where
-    nothing has come for long; then the rate is computed anew.
+    The rate is volume over time of that half. Its error in time, and whether it is steady, are
+    those of the run's own window where this is nearly the same: it is of all samples. Where it is
+    another, as that of a run in which nothing has come for long, both are computed anew.
     """
-    own, end_s = answer.flow_m3_s[section], answer.curves.end_s
-    if own.mean is not None and abs(own.from_s / end_s - 0.5) <= _AS_GOOD_AS_HALF:
-        return own if own.steady else _volume_over_time(own, answer, section)
-    return rate_from(answer, section, 0.5 * end_s)
+    own, half_s = answer.flow_m3_s[section], 0.5 * answer.curves.end_s
+    if own.mean is not None and abs(own.from_s / answer.curves.end_s - 0.5) <= _AS_GOOD_AS_HALF:
+        return _volume_over_time(own, answer, section, half_s)
+    return rate_from(answer, section, half_s)
 
 
-def _volume_over_time(found: Measured, answer: Answer, section: str) -> Measured:
+def _volume_over_time(found: Measured, answer: Answer, section: str, from_s: float) -> Measured:
     """A rate with the mean that passed: the slope of a line is another where the curve bends."""
     curves = answer.curves
-    return replace(found, mean=curves.rate_m3_s(section, curves.sample_at(found.from_s)))
+    first = curves.sample_at(from_s)
+    return replace(found, mean=curves.rate_m3_s(section, first), from_s=first * curves.interval_s)
 
 
 def rate_from(answer: Answer, section: str, from_s: float) -> Measured:
@@ -64,11 +66,11 @@ def rate_from(answer: Answer, section: str, from_s: float) -> Measured:
     found = flow_rate(times_s, volumes_m3, whole=True)
     # In a series that is too short to tell, it is infinite.
     ci95 = found.ci95_m3_s if math.isfinite(found.ci95_m3_s) else None
-    measured = Measured(found.mean_m3_s, ci95, found.steady, found.steady_from_s, found.reason)
+    measured = Measured(found.mean_m3_s, ci95, found.steady, from_s, found.reason)
     if found.steady and uneven(rates_in_windows([answer], section, from_s)) is not None:
         why = f"in {WINDOW_S:g} s it goes below half or above twice the mean"
         measured = replace(measured, steady=False, reason=why)
-    return measured if measured.steady else _volume_over_time(measured, answer, section)
+    return _volume_over_time(measured, answer, section, from_s)
 
 
 def steady_since(answer: Answer, section: str, from_s: float) -> bool:

@@ -113,14 +113,14 @@ def marks(pooled: Pooled) -> str:
 
 
 def short_cell(pooled: Pooled | None, scale: float = 1.0, without: str = NOT_RUN) -> str:
-    """A mean over packings with its interval between them and how many they are."""
+    """A mean over packings with the interval that it is judged by, and how many they are."""
     if pooled is None:
         return without
     mean = pooled.mean / scale
-    if pooled.between is None:
+    if pooled.interval is None:
         return f"{number(mean)} (one packing){marks(pooled)}"
-    decimals = decimals_for(pooled.between / scale)
-    half = fixed(pooled.between / scale, decimals)
+    decimals = decimals_for(pooled.interval / scale)
+    half = fixed(pooled.interval / scale, decimals)
     return f"{fixed(mean, decimals)} ± {half} ({pooled.packings}){marks(pooled)}"
 
 
@@ -143,6 +143,12 @@ def listed(items: Sequence[str]) -> str:
     if len(items) < 2:
         return "".join(items)
     return f"{', '.join(items[:-1])} and {items[-1]}"
+
+
+def reach(values: Sequence[float], digits: int = 2) -> str:
+    """From the smallest to the largest; one number where both are the same to so many digits."""
+    low, high = number(min(values), digits), number(max(values), digits)
+    return low if low == high else f"{low} to {high}"
 
 
 def counted(count: int, noun: str) -> str:

@@ -97,6 +97,19 @@ class FrameReader(Iterator[Frame]):
             self.truncated = self.truncated or stop.value
             raise
 
+    def first(self) -> Frame:
+        """The next frame, for files with one.
+
+        Raises
+        ------
+        ParseError
+            If there is no whole frame.
+        """
+        found = next(self, None)
+        if found is None:
+            raise ParseError(str(self.truncated or "no file with a frame in it"))
+        return found
+
 
 def read_files(paths: Paths, read_one: Callable[[Path], FrameGenerator]) -> FrameReader:
     """Chain the frames of several files, of which only the last may be cut off.
