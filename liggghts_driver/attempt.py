@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import os
 import platform
 import time
@@ -11,7 +12,7 @@ from typing import TYPE_CHECKING, Any, NoReturn
 from liggghts_driver.case import Checkpoint
 from liggghts_driver.claim import current_job
 from liggghts_driver.deck.build import build_deck
-from liggghts_driver.engine.completion import last_line_with, missing_proofs
+from liggghts_driver.engine.completion import last_line_with, missing_proofs, missing_so_far
 from liggghts_driver.engine.diagnose import engine_errors, failure_message, lost_spheres
 from liggghts_driver.engine.find import Engine, find_engine
 from liggghts_driver.engine.launch import launch
@@ -31,6 +32,7 @@ if TYPE_CHECKING:
     from liggghts_driver.engine.stop import Stop
     from liggghts_driver.watch import Finding
 
+_log = logging.getLogger(__name__)
 #: What of the time plan a run keeps, so that a later version of this software reads it right.
 _PLAN = ("step_s", "steps", "sample_every", "refresh_every", "frame_every", "image_every")
 #: The engine's split is believed when it tells of this share of the stepping.
@@ -64,12 +66,13 @@ class Attempt:
             If it was asked to end, and did at a checkpoint.
         """
         finding = recorded_finding(self.directory)
-        if finding is not None and self._would_be_the_same():
+        why = self._why_anew(finding)
+        if why is None and finding is not None:
             raise RunUnstableError(finding.message_again(self.directory))
-        begun = bool(self.directory.segments())
-        # What was found at the end of a run may have begun before its last checkpoint.
-        if begun and (finding or other_than_written(self.case, self.directory, self.identity)):
-            self.directory.set_aside(segments=True)
+        if why is not None and self.directory.segments():
+            kept = self.directory.set_aside(segments=True)
+            told = "%s: begins again from its start, since %s; what was there is kept in %s"
+            _log.warning(told, self.directory.path, why, kept)
         while True:
             thermo = self._launch(self._taken_up())
             if thermo is not None:
@@ -77,11 +80,26 @@ class Attempt:
             if self.stop.asked:
                 raise RunInterrupted(self._whereabouts())
 
-    def _would_be_the_same(self) -> bool:
-        """Whether the same engine would do what it did here before, in as many processes."""
-        state, now = self.directory.read_state(), (self.ranks, self.engine.version)
-        same = (state.get("ranks"), state.get("engine")) == now
-        return same and not other_than_written(self.case, self.directory, self.identity)
+    def _why_anew(self, finding: Finding | None) -> str | None:
+        """Why what was begun here cannot be gone on with; None where it can."""
+        directory = self.directory
+        if directory.segments():
+            fault = directory.checkpoint_fault() or self._missing_data()
+            if fault is not None:
+                return fault
+        other = other_than_written(self.case, directory, self.identity)
+        if other is not None:
+            return f"its {other} is not what this version of the software writes"
+        state, now = directory.read_state(), (self.ranks, self.engine.version)
+        if finding is not None and (state.get("ranks"), state.get("engine")) != now:
+            # What was found at its end may have begun before its last checkpoint.
+            return "it was stopped, and had another engine or number of processes"
+        return None
+
+    def _missing_data(self) -> str | None:
+        """What of the data up to the last checkpoint is lost."""
+        step = self.directory.checkpoints()[-1]["step"]
+        return "; ".join(missing_so_far(self.case, self.directory, step)) or None
 
     @property
     def identity(self) -> str:
@@ -178,6 +196,7 @@ class Attempt:
         checkpoint = {
             "step": step,
             "restart": restart,
+            "restart_bytes": (self.directory.restarts / restart).stat().st_size,
             "piston_velocity_m_s": velocity,
             "ranks": self.ranks,
             "wall_s": ended.wall_s,

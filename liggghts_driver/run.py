@@ -7,8 +7,9 @@ from typing import TYPE_CHECKING
 
 from liggghts_driver.attempt import Attempt
 from liggghts_driver.claim import claimed
+from liggghts_driver.engine.completion import missing_data
 from liggghts_driver.engine.stop import Stop
-from liggghts_driver.errors import RunFolderError
+from liggghts_driver.errors import ParseError, RunFolderError
 from liggghts_driver.identity import scene_hash
 from liggghts_driver.results.thermo import Thermo, read_logs
 from liggghts_driver.written import require_same_deck
@@ -92,7 +93,8 @@ def finished_run(
     Raises
     ------
     RunFolderError
-        If the run was recorded by a version of this software that kept less of it.
+        If the run was recorded by a version of this software that kept less of it, or what it
+        wrote is not whole any more.
     """
     state = directory.read_state()
     missing = {"time", "ranks", "wall_s", "command", "engine", "parts"} - state.keys()
@@ -101,10 +103,13 @@ def finished_run(
             f"{directory.state}: does not tell {', '.join(sorted(missing))}; it was written by "
             "another version of this software, run the scene again in another folder"
         )
+    case = replace(case, time=replace(case.time, **state["time"]))
+    if thermo is None:
+        thermo = _still_whole(case, directory)
     return FinishedRun(
-        case=replace(case, time=replace(case.time, **state["time"])),
+        case=case,
         directory=directory,
-        thermo=thermo or read_logs(directory),
+        thermo=thermo,
         ranks=state["ranks"],
         wall_s=state["wall_s"],
         cpu_s=state.get("cpu_s"),
@@ -113,3 +118,18 @@ def finished_run(
         parts=state["parts"],
         reused=reused,
     )
+
+
+def _still_whole(case: Case, directory: RunDirectory) -> Thermo:
+    """The log of a run that was proven whole; its data are proven again, for files get lost."""
+    try:
+        thermo = read_logs(directory)
+        faults = missing_data(case, directory, thermo)
+    except ParseError as error:
+        faults = [str(error)]
+    if faults:
+        raise RunFolderError(
+            f"{directory.path}: the run in it was finished, but what it wrote is not whole any "
+            f"more: {'; '.join(faults)}; move the folder away and run the scene again"
+        )
+    return thermo

@@ -44,9 +44,11 @@ def write_bytes(path: Path, data: bytes) -> None:
             file.write(data)
         Path(name).chmod(0o644)
         Path(name).replace(path)
-    except BaseException:
+    except BaseException as error:
         with contextlib.suppress(FileNotFoundError):
             Path(name).unlink()
+        if isinstance(error, OSError) and error.filename is None:
+            error.filename = str(path)  # a full disk names no file
         raise
 
 
@@ -143,25 +145,25 @@ class RunDirectory:
 
     def frame_files(self) -> list[Path]:
         """Frames of the particles, in the order of time."""
-        return self._dumped("particles.*.bin")
+        return _dumped(self.parts(), "particles.*.bin")
+
+    def kept_frame_files(self) -> list[Path]:
+        """Those up to the last checkpoint."""
+        return _dumped(self.segments(), "particles.*.bin")
 
     def snapshot_files(self) -> list[Path]:
         """Pictures rendered by the engine, in the order of time."""
-        return self._dumped("snapshot.*.ppm")
+        return _dumped(self.parts(), "snapshot.*.ppm")
 
     @staticmethod
     def step_of(dumped: Path) -> int:
         """The step of a frame or of a picture, which is in its name."""
         return int(dumped.name.split(".")[1])
 
-    def _dumped(self, pattern: str) -> list[Path]:
-        # A segment begins with the instant at which the one before it ended.
-        found = {path.name: path for part in self.parts() for path in part.dumps.glob(pattern)}
-        return [found[name] for name in sorted(found)]
-
     def segments(self) -> list[RunDirectory]:
         """What a run left at each of its checkpoints, in the order of time."""
-        found = sorted((self.path / "segments").glob("[0-9]*"), key=lambda path: int(path.name))
+        named = (self.path / "segments").glob("[0-9]*")
+        found = sorted((p for p in named if p.name.isdecimal()), key=lambda path: int(path.name))
         return [RunDirectory(path) for path in found]
 
     def parts(self) -> list[RunDirectory]:
@@ -191,8 +193,35 @@ class RunDirectory:
             shutil.rmtree(part.restarts, ignore_errors=True)
 
     def checkpoints(self) -> list[dict[str, Any]]:
-        """The state at each checkpoint, in the order of time."""
-        return [json.loads(s.checkpoint.read_text(encoding="utf-8")) for s in self.segments()]
+        """The state at each checkpoint, in the order of time.
+
+        Raises
+        ------
+        RunFolderError
+            If one cannot be read.
+        """
+        return [segment._read_checkpoint() for segment in self.segments()]
+
+    def _read_checkpoint(self) -> dict[str, Any]:
+        try:
+            data = json.loads(self.checkpoint.read_text(encoding="utf-8"))
+            return {**data, "step": int(data["step"]), "restart": str(data["restart"])}
+        except (OSError, ValueError, LookupError, TypeError) as error:
+            raise RunFolderError(f"{self.checkpoint}: no checkpoint ({error})") from None
+
+    def checkpoint_fault(self) -> str | None:
+        """What keeps a run from going on from its last checkpoint; None if nothing does."""
+        try:
+            last = self.checkpoints()[-1]
+        except RunFolderError as error:
+            return str(error)
+        restart = self.segments()[-1].restarts / last["restart"]
+        size = restart.stat().st_size if restart.is_file() else None
+        if size is None:
+            return f"{restart} is not there"
+        # Older versions did not tell how large it was.
+        whole = last.get("restart_bytes", size)
+        return None if size == whole else f"{restart} has {size} of its {whole} bytes"
 
     def read_state(self) -> dict[str, Any]:
         """What is known of the run; ``{"state": "absent"}`` when nothing is."""
@@ -299,6 +328,12 @@ class RunDirectory:
             folder.mkdir(parents=True, exist_ok=True)
         for item in items:
             item.rename(folder / item.name)
+
+
+def _dumped(parts: list[RunDirectory], pattern: str) -> list[Path]:
+    """What the parts of a run dumped; one begins with the instant at which the last one ended."""
+    found = {path.name: path for part in parts for path in part.dumps.glob(pattern)}
+    return [found[name] for name in sorted(found)]
 
 
 def _is_of_a_run(name: str) -> bool:

@@ -115,13 +115,23 @@ def load(path: str | Path) -> Solution:
     """
     directory = RunDirectory(Path(path))
     scene = directory.read_scene()
-    state = directory.read_state()["state"]
-    if state != "complete":
-        raise RunFolderError(f"{path}: the run in it is {state}; run it again first")
+    state = directory.read_state()
+    if state["state"] != "complete":
+        raise RunFolderError(f"{path}: {_no_answer(state)}")
     case = prepare(scene)
     run = finished_run(case, directory, reused=True)
     require_same_deck(case, directory, scene_hash(scene))
     return _conclude(run, {}, report=True)
+
+
+def _no_answer(state: dict[str, Any]) -> str:
+    """Why a run has no answer, and what is to be done about it."""
+    if state["state"] != "failed":
+        return f"the run in it is {state['state']}; run it again first"
+    faults = "; ".join(str(fault) for fault in state.get("faults", ()))
+    if state.get("diagnosis"):
+        return f"the run in it was stopped and has no answer: {faults}"
+    return f"the run in it failed: {faults}; the command that ran it tries it again"
 
 
 def write_only(scene: Scene, out: str | Path, ranks: int = 1) -> RunDirectory:

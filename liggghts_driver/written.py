@@ -9,6 +9,8 @@ from liggghts_driver.errors import RunFolderError
 from liggghts_driver.rundir import RunDirectory, write_text
 
 if TYPE_CHECKING:
+    from pathlib import Path
+
     from liggghts_driver.case import Case
     from liggghts_driver.deck.build import Deck
 
@@ -45,11 +47,16 @@ def other_than_written(case: Case, directory: RunDirectory, identity: str) -> st
     for name, text in build_deck(case, identity, ranks).files.items():
         path = begun.path / name
         wanted = name == CONTROL_FILE or (
-            path.exists() and _commands(path.read_text(encoding="utf-8")) == _commands(text)
+            path.exists() and _commands(_text_of(path)) == _commands(text)
         )
         if not wanted:
             return name
     return None
+
+
+def _text_of(path: Path) -> str:
+    """A text as it is; what is none differs from any that is written."""
+    return path.read_text(encoding="utf-8", errors="replace")
 
 
 def _commands(deck: str) -> list[str]:

@@ -408,7 +408,8 @@ class TestRun:
         assert "made" in ended.document["message"]
         report = cli("report", "made", "--json")
         assert report.code == 2
-        assert "failed" in report.document["message"]
+        assert ("failed" in report.document["message"]) == (error == "RunError")
+        assert words in report.document["message"] or "stopped" in report.document["message"]
 
     def test_without_an_engine(self, cli, collision, no_engine):
         ended = cli("run", collision, "--out", "made", "--json")

@@ -8,21 +8,28 @@ number of spheres in every row, the series to its end, and every frame whole on 
 from __future__ import annotations
 
 import re
+import signal
 from typing import TYPE_CHECKING
+
+import pandas as pd
 
 from liggghts_driver.deck.build import FRAME_COLUMNS
 from liggghts_driver.errors import ParseError
 from liggghts_driver.results.binarydump import iter_binary_frames
-from liggghts_driver.results.series import read_run_series
+from liggghts_driver.results.series import read_run_series, read_series
 from liggghts_driver.timestep import frame_steps
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+    from pathlib import Path
+
     from liggghts_driver.case import Case
     from liggghts_driver.results.thermo import Thermo
     from liggghts_driver.rundir import RunDirectory
 
 #: The sentinel is the last thing printed; what follows it is a few lines at most.
 _END_BYTES = 65536
+_SIGNALS = {int(each) for each in signal.Signals}
 
 
 def missing_proofs(
@@ -43,19 +50,43 @@ def missing_proofs(
     returncode
         Of the engine.
     """
+    checks = (_returncode(returncode), _sentinel(run, sentinel))
+    return [*(fault for fault in checks if fault), *missing_data(case, run, thermo)]
+
+
+def missing_data(case: Case, run: RunDirectory, thermo: Thermo) -> list[str]:
+    """What of a run's data is not there, or not whole; nothing when all is.
+
+    Parameters
+    ----------
+    case, run, thermo
+        As for `missing_proofs`.
+    """
     checks = (
-        _returncode(returncode),
-        _sentinel(run, sentinel),
         _last_step(case, thermo),
         _spheres(case, thermo),
         _series(case, run),
-        _frames(case, run),
+        _frames(case, run.frame_files(), case.time.steps),
     )
     return [fault for fault in checks if fault]
 
 
+def missing_so_far(case: Case, run: RunDirectory, step: int) -> list[str]:
+    """What of an unfinished run's data is not there, or not whole, up to a checkpoint."""
+    try:
+        parts = [read_series(part.engine_series) for part in run.segments()]
+    except ParseError as error:
+        return [str(error)]
+    table = pd.concat(parts, ignore_index=True)
+    checks = (_rows(case, table, step), _frames(case, run.kept_frame_files(), step))
+    return [fault for fault in checks if fault]
+
+
 def _returncode(returncode: int) -> str | None:
-    return None if returncode == 0 else f"the engine ended with return code {returncode}"
+    if returncode == 0:
+        return None
+    killed = f" ({signal.Signals(-returncode).name})" if -returncode in _SIGNALS else ""
+    return f"the engine ended with return code {returncode}{killed}"
 
 
 def last_line_with(run: RunDirectory, start: str) -> str | None:
@@ -78,14 +109,14 @@ def _sentinel(run: RunDirectory, sentinel: str) -> str | None:
 
 
 def _last_step(case: Case, thermo: Thermo) -> str | None:
-    if thermo.rows.empty:
-        return "the engine printed no row of the series"
+    if thermo.rows.empty or not {"Step", "Atoms"} <= set(thermo.rows):
+        return "the engine's log has no row of the series"
     last = int(thermo.rows["Step"].iloc[-1])
     return None if last == case.time.steps else f"stopped at step {last} of {case.time.steps}"
 
 
 def _spheres(case: Case, thermo: Thermo) -> str | None:
-    if thermo.rows.empty:
+    if "Atoms" not in thermo.rows:
         return None
     expected = len(case.population.radii_m)
     short = thermo.rows[thermo.rows["Atoms"] != expected]
@@ -100,22 +131,29 @@ def _spheres(case: Case, thermo: Thermo) -> str | None:
 
 def _series(case: Case, run: RunDirectory) -> str | None:
     try:
-        steps = read_run_series(run)["step"]
+        return _rows(case, read_run_series(run), case.time.steps)
     except ParseError as error:
         return str(error)
-    last, every = int(steps.iloc[-1]) if len(steps) else 0, case.time.sample_every
-    if steps.tolist() == list(range(every, case.time.steps + 1, every)):
+
+
+def _rows(case: Case, table: pd.DataFrame, end: int) -> str | None:
+    """Whether a series has every row up to some step."""
+    steps, every = table["step"], case.time.sample_every
+    if steps.tolist() == list(range(every, end + 1, every)):
         return None
-    return f"the series ends at step {last} of {case.time.steps}, or has gaps"
+    last = int(steps.iloc[-1]) if len(steps) else 0
+    return f"the series ends at step {last} of {end}, or has gaps"
 
 
-def _frames(case: Case, run: RunDirectory) -> str | None:
-    steps = frame_steps(case.time)
-    files = run.frame_files()
+def _frames(case: Case, files: Sequence[Path], end: int) -> str | None:
+    """Whether every frame up to some step is there and whole."""
+    steps = [step for step in frame_steps(case.time) if step <= end]
     found = [int(re.sub(r"\D", "", path.name)) for path in files]
     if found != steps:
         missing = sorted(set(steps) - set(found))
         return f"the frame of step {missing[0]} is not there" if missing else "frames to spare"
+    if not files:
+        return None
     # Every frame holds the same spheres, so all are of one size; the last is looked into.
     sizes = {path.stat().st_size for path in files}
     reader = iter_binary_frames(files[-1:], FRAME_COLUMNS)

@@ -117,7 +117,7 @@ def _read(path: Path) -> Image.Image:
     try:
         with Image.open(path) as image:
             return image.convert("RGB")
-    except OSError as error:
+    except (OSError, ValueError, SyntaxError) as error:  # all that Pillow raises
         raise ParseError(f"{path}: cannot be read as a picture ({error})") from None
 
 

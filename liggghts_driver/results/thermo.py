@@ -129,11 +129,12 @@ def read_logs(run: RunDirectory) -> Thermo:
     timing: Counter[str] = Counter()
     for part in parts:
         timing.update(part.timing_s)
-    return Thermo(
+    rows = pd.concat([part.rows for part in parts]) if len(parts) > 1 else parts[0].rows
+    if len(parts) > 1 and STEP in rows:
         # A part begins with the instant at which the one before it ended.
-        rows=pd.concat([part.rows for part in parts]).drop_duplicates(STEP, ignore_index=True)
-        if len(parts) > 1
-        else parts[0].rows,
+        rows = rows.drop_duplicates(STEP, ignore_index=True)
+    return Thermo(
+        rows=rows,
         loops=tuple(loop for part in parts for loop in part.loops),
         timing_s=MappingProxyType(dict(timing)),
         warnings=tuple(line for part in parts for line in part.warnings),
