@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import logging
 import os
 import platform
 import time
@@ -18,8 +17,8 @@ from liggghts_driver.engine.find import Engine, find_engine
 from liggghts_driver.engine.launch import launch
 from liggghts_driver.errors import RunError, RunInterrupted, RunUnstableError
 from liggghts_driver.identity import scene_hash
+from liggghts_driver.outputs import write_text
 from liggghts_driver.results.thermo import Thermo, read_logs, read_thermo
-from liggghts_driver.rundir import RunDirectory, write_text
 from liggghts_driver.watch import Watch, recorded_finding
 from liggghts_driver.written import other_than_written, write_deck
 
@@ -30,9 +29,9 @@ if TYPE_CHECKING:
     from liggghts_driver.deck.build import Deck
     from liggghts_driver.engine.launch import Launch
     from liggghts_driver.engine.stop import Stop
+    from liggghts_driver.rundir import RunDirectory
     from liggghts_driver.watch import Finding
 
-_log = logging.getLogger(__name__)
 #: What of the time plan a run keeps, so that a later version of this software reads it right.
 _PLAN = ("step_s", "steps", "sample_every", "refresh_every", "frame_every", "image_every")
 #: The engine's split is believed when it tells of this share of the stepping.
@@ -48,11 +47,14 @@ class Attempt:
     ranks: int
     on_step: Callable[[int], None]
     stop: Stop
+    on_note: Callable[[str], None]
     engine: Engine = field(default_factory=find_engine)
     failures: int = field(init=False)
+    begun_again: str | None = field(init=False)
 
     def __post_init__(self) -> None:
-        self.failures = self.directory.read_state().get("failures", 0)
+        known = self.directory.read_state()
+        self.failures, self.begun_again = known.get("failures", 0), known.get("begun_again")
 
     def run(self) -> Thermo:
         """Launch until the run is whole, going on from checkpoints; what the engine logged.
@@ -71,8 +73,8 @@ class Attempt:
             raise RunUnstableError(finding.message_again(self.directory))
         if why is not None and self.directory.segments():
             kept = self.directory.set_aside(segments=True)
-            told = "%s: begins again from its start, since %s; what was there is kept in %s"
-            _log.warning(told, self.directory.path, why, kept)
+            self.begun_again = f"begun again from its start, since {why}; the rest is in {kept}"
+            self.on_note(self.begun_again)
         while True:
             thermo = self._launch(self._taken_up())
             if thermo is not None:
@@ -156,6 +158,7 @@ class Attempt:
             "started": time.strftime("%Y-%m-%dT%H:%M:%S%z"),
             "failures": self.failures,
             "continuations": len(self.directory.segments()),
+            "begun_again": self.begun_again,
         }
 
     def _follow(self, command: list[str], facts: dict[str, Any], watch: Watch) -> Launch:

@@ -26,7 +26,7 @@ class FinishedRun:
     """A run that is proven complete.
 
     ``reused`` tells that it was found finished and nothing was computed; ``cpu_s`` is None where
-    an older version ran it.
+    an older version ran it. ``begun_again`` is why it did not go on from a checkpoint, if so.
     """
 
     case: Case
@@ -39,6 +39,7 @@ class FinishedRun:
     engine: str
     parts: dict[str, float]
     reused: bool
+    begun_again: str | None
 
 
 def run_case(
@@ -47,6 +48,7 @@ def run_case(
     ranks: int = 1,
     on_step: Callable[[int], None] = lambda _step: None,
     stop: Stop | None = None,
+    on_note: Callable[[str], None] = lambda _note: None,
 ) -> FinishedRun:
     """Run a case, go on with it from its last checkpoint, or find it finished.
 
@@ -63,6 +65,8 @@ def run_case(
         Called with each step that the engine reports.
     stop
         The wish that it end, which signals express too; and how often it makes checkpoints.
+    on_note
+        Called with what a user should know while it runs: that it begins again, and why.
 
     Raises
     ------
@@ -80,7 +84,7 @@ def run_case(
         if directory.read_state()["state"] == "complete":
             require_same_deck(case, directory, scene_hash(case.identity))
             return finished_run(case, directory, reused=True)
-        attempt = Attempt(case, directory, ranks, on_step, stop or Stop())
+        attempt = Attempt(case, directory, ranks, on_step, stop or Stop(), on_note)
         thermo = attempt.run()
         return finished_run(case, directory, reused=False, thermo=thermo)
 
@@ -117,6 +121,7 @@ def finished_run(
         engine=state["engine"],
         parts=state["parts"],
         reused=reused,
+        begun_again=state.get("begun_again"),
     )
 
 

@@ -2,22 +2,21 @@
 
 from __future__ import annotations
 
-import contextlib
 import fnmatch
 import itertools
 import json
-import os
 import shutil
-import tempfile
 from dataclasses import dataclass
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from liggghts_driver.errors import RunFolderError
 from liggghts_driver.identity import scene_hash
+from liggghts_driver.outputs import write_text
 from liggghts_driver.scene.read import make_scene
 
 if TYPE_CHECKING:
+    from pathlib import Path
+
     from liggghts_driver.scene.model import Scene
 
 
@@ -28,28 +27,6 @@ _OF_A_RUN = (
     "log.liggghts", "stdout.log", "run.json", "series.txt", "series.csv", "results.json",
     "report.html", "figures", "dumps", "restart", "restart_forced_*",
 )  # fmt: skip
-
-
-def write_text(path: Path, text: str) -> None:
-    """Write a text so that it is either whole or not there."""
-    write_bytes(path, text.encode())
-
-
-def write_bytes(path: Path, data: bytes) -> None:
-    """Write a file so that it is either whole or not there."""
-    path.parent.mkdir(parents=True, exist_ok=True)
-    handle, name = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.")
-    try:
-        with os.fdopen(handle, "wb") as file:
-            file.write(data)
-        Path(name).chmod(0o644)
-        Path(name).replace(path)
-    except BaseException as error:
-        with contextlib.suppress(FileNotFoundError):
-            Path(name).unlink()
-        if isinstance(error, OSError) and error.filename is None:
-            error.filename = str(path)  # a full disk names no file
-        raise
 
 
 @dataclass(frozen=True)

@@ -11,10 +11,11 @@ from typing import TYPE_CHECKING, Any
 from liggghts_driver.deck.build import build_deck
 from liggghts_driver.errors import RunFolderError
 from liggghts_driver.identity import scene_hash
+from liggghts_driver.outputs import write_text
 from liggghts_driver.prepare import prepare
 from liggghts_driver.results.answer import Answer, analyse
 from liggghts_driver.run import finished_run, run_case
-from liggghts_driver.rundir import RunDirectory, write_text
+from liggghts_driver.rundir import RunDirectory
 from liggghts_driver.written import require_same_deck, write_deck
 
 if TYPE_CHECKING:
@@ -61,6 +62,7 @@ def solve(
     on_step: Callable[[int], None] = lambda _step: None,
     stop: Stop | None = None,
     *,
+    on_note: Callable[[str], None] = lambda _note: None,
     report: bool = True,
     alter: Callable[[Case], Case] | None = None,
 ) -> Solution:
@@ -80,6 +82,8 @@ def solve(
         Called with each step that the engine reports.
     stop
         The wish that the run end at its next checkpoint, which signals express too.
+    on_note
+        Called with what a user should know while it runs: that it begins again, and why.
     report
         Whether ``report.html`` is written now; ``load`` can write it later.
     alter
@@ -101,7 +105,7 @@ def solve(
         case = alter(case)
     placing = time.perf_counter() - start
     on_case(case)
-    run = run_case(case, directory, ranks, on_step, stop)
+    run = run_case(case, directory, ranks, on_step, stop, on_note)
     return _conclude(run, {"place_spheres_s": placing}, report=report)
 
 

@@ -6,13 +6,14 @@ from typing import TYPE_CHECKING
 
 from liggghts_driver.deck.build import CONTROL_FILE, build_deck
 from liggghts_driver.errors import RunFolderError
-from liggghts_driver.rundir import RunDirectory, write_text
+from liggghts_driver.outputs import write_text
 
 if TYPE_CHECKING:
     from pathlib import Path
 
     from liggghts_driver.case import Case
     from liggghts_driver.deck.build import Deck
+    from liggghts_driver.rundir import RunDirectory
 
 
 def write_deck(case: Case, deck: Deck, directory: RunDirectory) -> None:

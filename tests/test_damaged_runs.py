@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import logging
-
 import pytest
 from small_scenes import COLLISION, case_of
 from test_interruption import assert_whole, interrupt
 
 from liggghts_driver.errors import RunFolderError
+from liggghts_driver.results.answer import analyse
 from liggghts_driver.run import run_case
 from liggghts_driver.rundir import RunDirectory
 
@@ -81,27 +80,30 @@ class TestUnfinished:
             (lambda segment: segment.deck.write_bytes(b"\xff\n"), "its deck.in is not what"),
         ],
     )
-    def test_it_begins_again(self, engine, case, run, caplog, damage, words):
+    def test_it_begins_again(self, engine, case, run, damage, words):
         engine("slow")
         interrupt(case, run)
         damage(run.segments()[0])
         engine("")
         steps: list[int] = []
-        with caplog.at_level(logging.WARNING):
-            run_case(case, run, on_step=steps.append)
+        notes: list[str] = []
+        finished = run_case(case, run, on_step=steps.append, on_note=notes.append)
         assert min(steps) == 0
         assert_whole(case, run)
         assert (run.path / "attempt-1" / "segments" / "1").is_dir()
-        (told,) = (record.getMessage() for record in caplog.records)
+        (told,) = notes
         assert words in told
-        assert str(run.path / "attempt-1") in told
+        assert told.endswith(str(run.path / "attempt-1"))
+        assert told in analyse(finished).results["notes"]
+        # And whoever finds it finished is told as well.
+        assert run_case(case, run).begun_again == told
 
-    def test_a_folder_beside_the_segments_is_none_of_them(self, engine, case, run, caplog):
+    def test_a_folder_beside_the_segments_is_none_of_them(self, engine, case, run):
         engine("slow")
         interrupt(case, run)
         (run.path / "segments" / "02x").mkdir()
         engine("")
-        run_case(case, run)
+        finished = run_case(case, run)
         assert_whole(case, run)
         assert run.read_state()["continuations"] == 1
-        assert not caplog.records
+        assert finished.begun_again is None

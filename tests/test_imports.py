@@ -13,9 +13,9 @@ PACKAGE = Path(liggghts_driver.__file__).parent
 ORDER = [
     "errors", "resources", "machine", "physics", "packing", "darcy", "statistics", "scene",
     "accuracy", "population", "prediction", "flowing", "drag_plan", "contacts", "speeds", "loads",
-    "bounds", "timestep", "case", "effects", "prepare", "deck", "identity", "rundir", "batch",
-    "claim", "results", "written", "engine", "watch", "attempt", "run", "report", "explain",
-    "solve", "sweeps", "studies", "paper", "cli",
+    "bounds", "timestep", "case", "effects", "prepare", "deck", "identity", "outputs", "rundir",
+    "batch", "claim", "results", "written", "engine", "watch", "attempt", "run", "report",
+    "explain", "solve", "sweeps", "studies", "paper", "cli",
 ]  # fmt: skip
 #: Imports for annotations alone that go back: the class of a finished run.
 KNOWN = {("results", "run")}

@@ -10,7 +10,8 @@ from small_scenes import COLLISION, INFILTRATION, scene_of
 from liggghts_driver import identity
 from liggghts_driver.errors import RunFolderError, SceneError
 from liggghts_driver.identity import scene_hash, templates_hash
-from liggghts_driver.rundir import RunDirectory, write_text
+from liggghts_driver.outputs import write_text
+from liggghts_driver.rundir import RunDirectory
 from liggghts_driver.scene.canonical import canonical_json
 
 

@@ -471,7 +471,8 @@ class TestCollect:
         middle("error")
         cli("run", file)
         ended = cli("collect", file, "--json")
-        assert ended.code == 0
+        assert ended.code == 1  # one of three failed
+        assert ended.document["verdicts"] == {"valid": 2}
         folder = place / "runs" / "sweep-three"
         assert Path(ended.document["page"]) == Path("runs/sweep-three/sweep.html")
         assert all(Path(name).exists() for name in ended.document["files"])
@@ -481,15 +482,38 @@ class TestCollect:
         reports = [run.report.exists() for run in runs_of(place)]
         assert reports == [True, False, True]
         text = cli("collect", folder).out
+        assert "verdicts: 2 valid" in text
         assert f"page: {folder}/sweep.html" in text
 
     def test_before_anything_is_done(self, cli, file, launches, engine):
         engine("error")
         cli("run", file)
         ended = cli("collect", file, "--json")
-        assert ended.code == 0
+        assert (ended.code, ended.document["verdicts"]) == (1, {})
         assert Path(ended.document["page"]).exists()
         assert not list(Path("runs").rglob("report.html"))
+
+    def test_all_of_them_valid(self, cli, file, engine):
+        """And every command says so."""
+        assert cli("run", file, "--json").document["verdicts"] == {"valid": 3}
+        assert re.search(r"done +3\n +valid +3\n", cli("status", file).out)
+        assert cli("collect", file).code == 0
+
+    def test_results_that_are_not_whole_are_a_failed_point(self, cli, file, place, engine):
+        cli("run", file)
+        runs_of(place)[1].results.write_text('{"verdict": "valid"}')
+        assert cli("collect", file).code == 1
+        page = (place / "runs" / "sweep-three" / "sweep.html").read_text()
+        assert "results.json is not whole" in page
+
+    def test_values_that_are_vectors(self, cli, file):
+        """Any key may vary."""
+        file.write_text(
+            'scene = "scene.json"\n[[axes]]\nkey = "box.walls"\nvalues = [["x-"], ["x+"]]\n'
+        )
+        ended = cli("run", file, "--dry-run")
+        assert ended.code == 0, ended.err
+        assert "2: ['x-'], ['x+']" in ended.out
 
 
 class TestInterrupts:

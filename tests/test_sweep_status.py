@@ -86,14 +86,14 @@ class TestStates:
 
     def test_done(self, runs, folder):
         folder.write_state(state="complete", failures=1, continuations=2)
-        folder.results.write_text("{}")
-        assert state_of(runs) == RunState("done", "", 1, 2)
+        folder.results.write_text('{\n  "verdict": "not_steady",\n  "reasons": []\n}')
+        assert state_of(runs) == RunState("done", "", 1, 2, verdict="not_steady")
 
     def test_done_whatever_else_is_there(self, runs, folder):
         folder.write_state(state="complete", failures=0, continuations=0)
         folder.results.write_text("{}")
         folder.claim.write_text(json.dumps(gone()))
-        assert state_of(runs, "job 12, pending") == RunState("done")
+        assert state_of(runs, "job 12, pending") == RunState("done", verdict="unreadable")
 
     def test_whole_but_not_analysed(self, runs, folder):
         folder.write_state(state="complete", failures=0, continuations=3)

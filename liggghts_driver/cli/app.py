@@ -82,7 +82,15 @@ def run(
     stop = Stop(checkpoint_every_s=CHECKPOINT_EVERY_S)
     try:
         with follow(quiet=as_json) as progress:
-            solution = solve(checked, folder, ranks, progress.on_case, progress.on_step, stop)
+            solution = solve(
+                checked,
+                folder,
+                ranks,
+                progress.on_case,
+                progress.on_step,
+                stop,
+                on_note=progress.on_note,
+            )
     except RunInterrupted as interrupted:
         if as_json:
             show.document({"interrupted": str(interrupted), "run_directory": str(folder)})

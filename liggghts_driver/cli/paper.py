@@ -47,12 +47,13 @@ def paper(
     from liggghts_driver.paper.catalogue import SWEEPS
     from liggghts_driver.paper.stored import read_stored
     from liggghts_driver.paper.tasks import tasks_to_do
-    from liggghts_driver.paper.write import results_file, write_all
+    from liggghts_driver.paper.write import require_own_docs, results_file, write_all
 
     unknown = [name for name in only or () if name not in SWEEPS]
     if unknown:
         names = ", ".join(map(repr, unknown))
         raise typer.BadParameter(f"--only {names}: no sweep; valid: {', '.join(SWEEPS)}")
+    require_own_docs(docs)
     wanted = [name for name in SWEEPS if not only or name in only]
     stored = None if again else read_stored(results_file(docs))
     tasks = [] if collect_only else tasks_to_do(wanted, runs, stored)

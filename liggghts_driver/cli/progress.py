@@ -33,6 +33,9 @@ class Follower:
     def on_step(self, step: int) -> None:
         """Take note of a step that the engine reports."""
 
+    def on_note(self, note: str) -> None:
+        """Take note of what a user should know now."""
+
 
 class Bar(Follower):
     """A live bar on a terminal."""
@@ -46,6 +49,10 @@ class Bar(Follower):
         """Start the bar."""
         super().on_case(case)
         self._bar.update(self._task, description="running", total=case.time.steps)
+
+    def on_note(self, note: str) -> None:
+        """Print it above the bar."""
+        self._bar.console.print(f"note: {note}", markup=False, highlight=False, soft_wrap=True)
 
     def on_step(self, step: int) -> None:
         """Move the bar."""
@@ -71,6 +78,10 @@ class Lines(Follower):
             flush=True,
         )
         self._start = self._last = time.monotonic()
+
+    def on_note(self, note: str) -> None:
+        """Say it."""
+        print(f"note: {note}", file=sys.stderr, flush=True)
 
     def on_step(self, step: int) -> None:
         """Say where the run is, if the last line is old enough."""

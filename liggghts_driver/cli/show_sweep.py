@@ -15,7 +15,9 @@ from rich.text import Text
 
 from liggghts_driver.cli.show import document
 from liggghts_driver.report.numbers import number
+from liggghts_driver.scene.canonical import canonical_json
 from liggghts_driver.sweeps.cost import plan_cost
+from liggghts_driver.sweeps.status import points_by_verdict
 from liggghts_driver.sweeps.task import Listener
 from liggghts_driver.sweeps.tasks import label
 
@@ -76,7 +78,8 @@ def _facts(plan: Plan, points: Sequence[Point]) -> dict[str, Any]:
 
 
 def _values(plan: Plan, key: str) -> list[Any]:
-    return list(dict.fromkeys(point.values[key] for point in plan.points))
+    """Each value of an axis once; vectors and tables are values too."""
+    return list({canonical_json(p.values[key]): p.values[key] for p in plan.points}.values())
 
 
 def status(
@@ -93,21 +96,22 @@ def status(
         "failures": sum(state.failures for state in states.values()),
         "continuations": sum(state.continuations for state in states.values()),
     }
+    verdicts = points_by_verdict(plan, states)
     if as_json:
         troubles = [
             {"point": p.index, "run": p.run, "state": states[p.run].state, "values": p.values}
             | {"reason": states[p.run].reason}
             for p in failed
         ]
-        document({"folder": str(folder), "points": counted, **counts, "failed": troubles})
+        known = {"points": counted, "verdicts": verdicts, **counts}
+        document({"folder": str(folder), **known, "failed": troubles})
         return
     console = Console(soft_wrap=True)
     table = Table("points", "", box=None, pad_edge=False, show_header=False)
     table.add_row("points", str(len(plan.points)))
-    for state, count in counted.items():
-        if count or state == "done":
-            table.add_row(f"  {state}", str(count))
-    for name, count in counts.items():
+    rows = {f"  {state}": n for state, n in counted.items() if n or state == "done"}
+    done = {f"    {verdict.replace('_', ' ')}": n for verdict, n in verdicts.items()}
+    for name, count in ({"  done": rows.pop("  done")} | done | rows | counts).items():
         table.add_row(name, str(count))
     console.print(table)
     for point in failed[:_LISTED]:
@@ -120,14 +124,18 @@ def status(
 
 def collected(found: Collected, folder: Path, *, as_json: bool) -> None:
     """Where the tables, figures and the page are."""
+    verdicts = found.verdicts
     if as_json:
         files = [str(path) for path in found.files]
-        document({"page": str(found.page), "files": files, "notes": list(found.notes)})
+        known = {"points": len(found.points), "verdicts": verdicts}
+        document({"page": str(found.page), "files": files, **known, "notes": list(found.notes)})
         return
     console = Console(soft_wrap=True)
     for note in found.notes:
         console.print(f"note: {note}", markup=False)
     console.print(f"{len(found.points)} points, {len(found.pooled)} combinations")
+    told = ", ".join(f"{count} {name.replace('_', ' ')}" for name, count in verdicts.items())
+    console.print(f"verdicts: {told or 'none'}", markup=False)
     console.print(f"tables, figures: {folder}", markup=False)
     console.print(f"page: {found.page}", markup=False)
 

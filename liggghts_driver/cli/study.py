@@ -40,6 +40,8 @@ Replicates = Annotated[
 EXACT = Path("runs") / "study-exact"
 #: And that of the hard cases, which are many.
 STABILITY = Path("runs") / "study-stability"
+#: Of a folder's name, which has the names of cases in it.
+_LONGEST_NAME = 120
 
 study = typer.Typer(
     help="Run a scene many times, with one thing changed at a time.",
@@ -64,6 +66,8 @@ def effects(
 ) -> None:
     """Leave each effect out in turn: what it costs and what it changes."""
     from liggghts_driver.cli import show_study
+    from liggghts_driver.identity import scene_hash
+    from liggghts_driver.outputs import require_study_folder
     from liggghts_driver.studies.effects import study_directory, whole_case, write_results
     from liggghts_driver.studies.measured import measure
     from liggghts_driver.studies.tasks import tasks_in_turn
@@ -72,6 +76,7 @@ def effects(
     checked = read_scene(scene, overrides or ())
     case = whole_case(checked)
     folder = out or study_directory(checked, scene.stem)
+    require_study_folder(folder, "effects", scene_hash(checked))
     seeds = [checked.seed + number for number in range(replicates)]
     tasks = tasks_in_turn(variants_of(checked), checked, seeds, runs)
     outcomes = _run(list(tasks.values()), quiet=as_json)
@@ -102,6 +107,8 @@ def accuracy(
 ) -> None:
     """What accuracy costs in time: each setting's error against its cost."""
     from liggghts_driver.cli import show_study
+    from liggghts_driver.identity import scene_hash
+    from liggghts_driver.outputs import require_study_folder
     from liggghts_driver.solve import default_directory
     from liggghts_driver.studies.accuracy import measure, require_flow
     from liggghts_driver.studies.accuracy_report import write_results
@@ -112,6 +119,7 @@ def accuracy(
     checked = read_problem(scene, overrides or ())
     require_flow(checked)
     folder = out or default_directory(checked, f"study-accuracy-{scene.stem}")
+    require_study_folder(folder, "accuracy", scene_hash(checked))
     seeds = [checked.seed + number for number in range(replicates)]
     tasks = tasks_in_turn(settings_of(checked), checked, seeds, runs)
     to_run = [task for (setting, _), task in tasks.items() if setting.knob in wanted]
@@ -182,10 +190,12 @@ def exact(
     Exit code 0 only if every order is as expected.
     """
     from liggghts_driver.cli import show_exact
+    from liggghts_driver.outputs import require_study_folder
     from liggghts_driver.studies.exact import measure, tasks_of
     from liggghts_driver.studies.exact_problems import exact_problems
     from liggghts_driver.studies.exact_report import write_results
 
+    require_study_folder(out, "exact")
     problems = exact_problems()
     outcomes = _run(tasks_of(problems, out / "runs"), quiet=as_json)
     failed = {name: o.reason for name, o in outcomes.items() if o.ending != "done"}
@@ -208,10 +218,17 @@ def stability(
     no_broken: Annotated[
         bool, typer.Option("--no-broken", help="Without the cases broken on purpose.")
     ] = False,
-    out: Annotated[Path, typer.Option("--out", help="Folder of the study.")] = STABILITY,
+    out: Annotated[
+        Optional[Path],  # noqa: UP045
+        typer.Option(
+            "--out",
+            help=f"Folder of the study; default: {STABILITY}, and what is chosen of it.",
+            show_default=False,
+        ),
+    ] = None,
     runs: Annotated[
         Optional[Path],  # noqa: UP045
-        typer.Option("--runs", help="Folder of its runs; default: runs in that of the study."),
+        typer.Option("--runs", help=f"Folder of its runs; default: runs in --out or {STABILITY}."),
     ] = None,
     as_json: Json = False,
 ) -> None:
@@ -221,6 +238,7 @@ def stability(
     expected at its own settings, and nothing that was broken hides.
     """
     from liggghts_driver.cli import show_stability
+    from liggghts_driver.outputs import require_study_folder
     from liggghts_driver.studies.broken import study_broken
     from liggghts_driver.studies.hard_cases import CASES, hard_cases
     from liggghts_driver.studies.stability import study_stability
@@ -233,12 +251,17 @@ def stability(
         valid = ", ".join(case.name for case in CASES)
         names = ", ".join(map(repr, unknown.args))
         raise typer.BadParameter(f"{names}: no hard case; valid: {valid}") from None
-    folder = runs or out / "runs"
+    folder = runs or (out or STABILITY) / "runs"
+    chosen_of_it = {"quick": quick, "no-margin": no_margin, "no-broken": no_broken}
+    words = [*(cases or ()), *(word for word, given in chosen_of_it.items() if given)]
+    # The whole study takes long: what is chosen of it does not take its place.
+    place = out or STABILITY.with_name("-".join([STABILITY.name, *words])[:_LONGEST_NAME])
+    require_study_folder(place, "stability")
     run = partial(_run, quiet=as_json, name_failures=False)
     studied = study_stability(chosen, folder, run, margins=not no_margin)
     points = [] if no_margin else run_map(folder, run)
     broken = [] if no_broken else study_broken(studied, folder, partial(run, side_by_side=True))
-    results = write_results(studied, points, out, broken, sys.argv)
-    show_stability.stability(results, out, as_json=as_json)
+    results = write_results(studied, points, place, broken, sys.argv)
+    show_stability.stability(results, place, as_json=as_json)
     if results["broken"] or results["hidden"]:
         raise typer.Exit(1)

@@ -93,7 +93,11 @@ def run(
     overrides: Overrides = None,
     as_json: Json = False,
 ) -> None:
-    """Do every point that is not done yet; the same command goes on with an interrupted sweep."""
+    """Do every point that is not done yet; the same command goes on with an interrupted sweep.
+
+    Exit code 0 if all are done, whatever their verdicts, which are counted; those of `collect` ask
+    for valid ones.
+    """
     from liggghts_driver.cli import show_sweep
     from liggghts_driver.sweeps.plan import make_plan, write_plan
     from liggghts_driver.sweeps.status import run_states
@@ -158,7 +162,10 @@ def status(place: SweepPlace, runs: Runs = RUNS, as_json: Json = False) -> None:
 
 @sweep.command()
 def collect(place: SweepPlace, runs: Runs = RUNS, as_json: Json = False) -> None:
-    """One table of all results, figures, and a page that links every run's report."""
+    """One table of all results, figures, and a page that links every run's report.
+
+    Exit code 0 only if every point has a valid answer.
+    """
     from liggghts_driver.cli import show_sweep
     from liggghts_driver.solve import load
     from liggghts_driver.sweeps.collect import collect as collect_results
@@ -166,6 +173,8 @@ def collect(place: SweepPlace, runs: Runs = RUNS, as_json: Json = False) -> None
     folder = folder_of(place)
     collected = collect_results(_planned(folder), folder, runs, sys.argv, write_report_of=load)
     show_sweep.collected(collected, folder, as_json=as_json)
+    if collected.verdicts.get("valid", 0) < len(collected.points):
+        raise typer.Exit(1)
 
 
 @sweep.command()

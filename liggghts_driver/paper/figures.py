@@ -11,13 +11,15 @@ from typing import TYPE_CHECKING, Any
 
 from PIL import Image
 
+from liggghts_driver.errors import ParseError
+from liggghts_driver.outputs import write_bytes, write_text
 from liggghts_driver.paper import figure_charts, figure_gradients, figure_volumes
 from liggghts_driver.paper.catalogue import MAIN
 from liggghts_driver.paper.figure_snapshots import paint_snapshots, views
 from liggghts_driver.paper.pooled import at_ten
 from liggghts_driver.paper.stored import to_text
 from liggghts_driver.report.style import draw
-from liggghts_driver.rundir import RunDirectory, write_bytes, write_text
+from liggghts_driver.rundir import RunDirectory
 from liggghts_driver.scene.layout import layout
 
 if TYPE_CHECKING:
@@ -101,8 +103,19 @@ def draw_figures(stored: Stored, runs: Path, images: Path, record: Path) -> list
 
 
 def read_record(record: Path) -> dict[str, Any]:
-    """What each figure was drawn from, by name."""
-    return dict(json.loads(record.read_text(encoding="utf-8"))) if record.exists() else {}
+    """What each figure was drawn from, by name.
+
+    Raises
+    ------
+    ParseError
+        If the file tells nothing of the kind.
+    """
+    if not record.exists():
+        return {}
+    try:
+        return dict(json.loads(record.read_text(encoding="utf-8")))
+    except (OSError, ValueError, TypeError) as error:
+        raise ParseError(f"{record}: no record of figures ({error}); move it away") from None
 
 
 def _source_of(point: Point) -> dict[str, Any]:

@@ -37,6 +37,8 @@ if TYPE_CHECKING:
 
     from liggghts_driver.paper.stored import Stored
 
+#: By this the page is known again, before it is written anew.
+WRITTEN_BY = "Written by `liggghts-driver study paper`"
 _STEADY_LEGEND = (
     f"{DRIFTS}: over the second half the flow is not steady in some packing. {RISING}: in some "
     f"packing the last quarter of the run has more than {GROWTH:g} times the rate of the quarter "
@@ -72,6 +74,7 @@ def context_of(stored: Stored) -> dict[str, Any]:
     points = list(stored.points())
     done = sum(point.answer is not None for point in points)
     return {
+        "written_by": WRITTEN_BY,
         "done": done,
         "points": len(points),
         "settings": {"shared": shared_settings(stored), "error": settings_answer(stored)},

@@ -7,7 +7,8 @@ import math
 from dataclasses import asdict, dataclass, field
 from typing import TYPE_CHECKING, Any
 
-from liggghts_driver.rundir import write_text
+from liggghts_driver.errors import ParseError
+from liggghts_driver.outputs import write_text
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
@@ -200,10 +201,18 @@ def read_stored(path: Path) -> Stored:
 
     Raises
     ------
-    ValueError
+    ParseError
         If it is no such file.
     """
-    return from_text(path.read_text(encoding="utf-8")) if path.exists() else Stored()
+    if not path.exists():
+        return Stored()
+    try:
+        return from_text(path.read_text(encoding="utf-8"))
+    except (OSError, ValueError, LookupError, TypeError, AttributeError) as error:
+        raise ParseError(
+            f"{path}: not what `study paper` stores ({type(error).__name__}: {error}); get it "
+            "back, or move it away to begin anew"
+        ) from None
 
 
 def _point(data: Mapping[str, Any]) -> Point:

@@ -5,11 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from liggghts_driver.errors import RunFolderError
+from liggghts_driver.outputs import require_free_names, write_text
 from liggghts_driver.paper.collect import collect
-from liggghts_driver.paper.figures import draw_figures
-from liggghts_driver.paper.page import render_page
+from liggghts_driver.paper.figures import DRAWINGS, draw_figures
+from liggghts_driver.paper.page import WRITTEN_BY, render_page
 from liggghts_driver.paper.stored import read_stored, write_stored
-from liggghts_driver.rundir import write_text
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -35,6 +36,25 @@ def record_file(docs: Path) -> Path:
     return docs / "paper" / "figures.json"
 
 
+def require_own_docs(docs: Path) -> None:
+    """Refuse a folder of documentation in which a page or figures would be overwritten.
+
+    Raises
+    ------
+    RunFolderError
+        If there is a page that this study did not write, or there are such figures without one.
+    """
+    page, names = docs / "paper.md", [f"images/{drawing.name}.png" for drawing in DRAWINGS]
+    try:
+        ours = WRITTEN_BY in page.read_text(encoding="utf-8", errors="replace")
+    except OSError:
+        ours = False
+    try:
+        require_free_names(docs, ["paper.md", *names], ours=ours)
+    except RunFolderError as error:
+        raise RunFolderError(str(error).replace("--out", "--docs")) from None
+
+
 def write_all(runs: Path, docs: Path) -> Written:
     """Collect the runs into the stored results, and write figures and page from these.
 
@@ -44,7 +64,15 @@ def write_all(runs: Path, docs: Path) -> Written:
         The folder of all runs.
     docs
         Where ``paper.md``, ``paper/results.json`` and ``images/paper-*.png`` go.
+
+    Raises
+    ------
+    RunFolderError
+        If that would overwrite what this study did not write.
+    ParseError
+        If what is stored there is not what this study stores.
     """
+    require_own_docs(docs)
     results, page = results_file(docs), docs / "paper.md"
     stored = collect(runs, read_stored(results))
     write_stored(stored, results)

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from liggghts_driver.outputs import write_bytes, write_text
 from liggghts_driver.report.figures import draw_figures
 from liggghts_driver.report.page import render_page
 from liggghts_driver.report.snapshots import snapshots
-from liggghts_driver.rundir import write_bytes, write_text
 
 if TYPE_CHECKING:
     from liggghts_driver.case import Case

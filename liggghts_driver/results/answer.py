@@ -64,7 +64,10 @@ def analyse(run: FinishedRun) -> Answer:
     results = {
         "verdict": verdict.verdict,
         "reasons": list(verdict.reasons),
-        "notes": _notes(case, velocity, unseen_collisions(case, series, overlap)),
+        "notes": [
+            *([run.begun_again] if run.begun_again else []),
+            *_notes(case, velocity, unseen_collisions(case, series, overlap)),
+        ],
         "title": case.scene.title,
         "accuracy": accuracy_facts(case.identity),
         "counts": {

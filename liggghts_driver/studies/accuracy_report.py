@@ -11,8 +11,8 @@ import pandas as pd
 from liggghts_driver import __version__
 from liggghts_driver.accuracy import FINEST, Study, choose, problem_sha256
 from liggghts_driver.identity import scene_hash, templates_hash
+from liggghts_driver.outputs import write_bytes, write_text
 from liggghts_driver.results.plain import plain
-from liggghts_driver.rundir import write_bytes, write_text
 from liggghts_driver.scene.layout import layout
 from liggghts_driver.studies.accuracy import judge, noise
 from liggghts_driver.studies.accuracy_figure import draw_accuracy

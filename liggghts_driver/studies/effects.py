@@ -12,9 +12,9 @@ import numpy as np
 from liggghts_driver import __version__
 from liggghts_driver.effects import active_effects
 from liggghts_driver.identity import scene_hash, templates_hash
+from liggghts_driver.outputs import write_bytes, write_text
 from liggghts_driver.prepare import prepare
 from liggghts_driver.results.plain import plain
-from liggghts_driver.rundir import write_bytes, write_text
 from liggghts_driver.solve import default_directory
 from liggghts_driver.studies.figure import draw_effects
 from liggghts_driver.studies.observables import main_observable, title_of, unit_of

@@ -10,8 +10,8 @@ import pandas as pd
 
 from liggghts_driver import __version__
 from liggghts_driver.identity import templates_hash
+from liggghts_driver.outputs import write_bytes, write_text
 from liggghts_driver.results.plain import plain
-from liggghts_driver.rundir import write_bytes, write_text
 from liggghts_driver.studies.invariants import hardest
 from liggghts_driver.studies.stability_figure import draw_stability
 

@@ -14,9 +14,10 @@ import pandas as pd
 from matplotlib.colors import to_hex
 
 from liggghts_driver.errors import DriverError
+from liggghts_driver.outputs import write_bytes, write_text
 from liggghts_driver.report.picture import Picture
 from liggghts_driver.report.style import BLUE, GREEN, INK, ORANGE, PURPLE, SKY, VERMILION, draw
-from liggghts_driver.rundir import RunDirectory, write_bytes, write_text
+from liggghts_driver.rundir import RunDirectory
 from liggghts_driver.sweeps import figures, page, pooling
 from liggghts_driver.sweeps.figures import Curve, Series
 from liggghts_driver.sweeps.table import axis_column, points_table, results_in
@@ -46,6 +47,12 @@ class Collected:
     page: Path
     files: tuple[Path, ...]
     notes: tuple[str, ...]
+
+    @property
+    def verdicts(self) -> dict[str, int]:
+        """How many points have which verdict; those without a result have none."""
+        counted = self.points["verdict"].value_counts()
+        return {str(name): int(count) for name, count in counted.items()}
 
 
 def collect(

@@ -10,7 +10,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from liggghts_driver.errors import RunFolderError, SweepError
-from liggghts_driver.rundir import RunDirectory, write_text
+from liggghts_driver.outputs import require_free_names, write_text
+from liggghts_driver.rundir import RunDirectory
 from liggghts_driver.scene.canonical import canonical_json
 from liggghts_driver.sweeps.cost import Cost
 from liggghts_driver.sweeps.draft import draft, scene_with
@@ -24,6 +25,10 @@ if TYPE_CHECKING:
 
 #: Name of the plan in the folder of a sweep.
 PLAN_FILE = "sweep.json"
+#: What is made of the results, beside it.
+COLLECTED_FILES = (
+    "results.csv", "pooled.csv", "results.parquet", "pooled.parquet", "figures", "sweep.html",
+)  # fmt: skip
 #: Columns of the points in that file, in the order of `Point` but for index and values.
 _COLUMNS = ("run", "replicate", "seed", "ranks", "nodes", "walltime_s")
 
@@ -175,9 +180,11 @@ def write_plan(plan: Plan, folder: Path) -> None:
     Raises
     ------
     RunFolderError
-        If the folder cannot be made, or holds a plan with runs that this one has not.
+        If the folder cannot be made, holds a plan with runs that this one has not, or files of
+        other makers that a sweep would overwrite.
     """
     path, text = folder / PLAN_FILE, _to_text(plan)
+    require_free_names(folder, COLLECTED_FILES, ours=path.exists())
     RunDirectory(folder).make_or_find_empty()
     if path.exists():
         if path.read_text(encoding="utf-8") == text:

@@ -7,7 +7,7 @@ import time
 from typing import TYPE_CHECKING
 
 from liggghts_driver.batch import SlurmError, slurm
-from liggghts_driver.rundir import write_text
+from liggghts_driver.outputs import write_text
 from liggghts_driver.sweeps.slurm_queue import (
     JOBS_FOLDER,
     Submission,

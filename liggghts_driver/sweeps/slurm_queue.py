@@ -10,7 +10,7 @@ from dataclasses import asdict, dataclass
 from typing import TYPE_CHECKING
 
 from liggghts_driver.batch import UNKNOWN_JOB, SlurmError, job_states, slurm
-from liggghts_driver.rundir import write_text
+from liggghts_driver.outputs import write_text
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping, Sequence

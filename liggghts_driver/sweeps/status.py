@@ -25,6 +25,8 @@ STATES: tuple[State, ...] = get_args(State)
 _BYTES = 65536
 #: As `RunDirectory.write_state` writes them.
 _COMPLETE = b'"state": "complete"'
+#: As results begin, and how far one has to look for it.
+_VERDICT, _START_BYTES = re.compile(rb'"verdict": "(\w+)"'), 64
 _COUNTS = tuple(re.compile(rb'"%s": (\d+)' % name) for name in (b"failures", b"continuations"))
 
 
@@ -32,7 +34,8 @@ _COUNTS = tuple(re.compile(rb'"%s": (\d+)' % name) for name in (b"failures", b"c
 class RunState:
     """How a run stands, why, and how often it has failed and gone on.
 
-    ``hopeless`` is one that was diagnosed: the same again would end the same way.
+    ``hopeless`` is one that was diagnosed: the same again would end the same way. ``verdict`` is
+    that of a run that is done.
     """
 
     state: State
@@ -40,6 +43,7 @@ class RunState:
     failures: int = 0
     continuations: int = 0
     hopeless: bool = False
+    verdict: str = ""
 
 
 def run_states(
@@ -66,6 +70,12 @@ def run_states(
     return {name: _state(f"{root}/{name}", waits.get(name), asked) for name in names}
 
 
+def points_by_verdict(plan: Plan, states: Mapping[str, RunState]) -> dict[str, int]:
+    """How many of the points that are done have which verdict, the most frequent first."""
+    done = (states[point.run] for point in plan.points)
+    return dict(Counter(found.verdict for found in done if found.state == "done").most_common())
+
+
 def points_by_state(plan: Plan, states: Mapping[str, RunState]) -> dict[State, int]:
     """How many points are in each state; points of one scene share its run."""
     counted = Counter(states[point.run].state for point in plan.points)
@@ -77,9 +87,12 @@ def _state(folder: str, queued: str | None, asked: Callable[[str], bool]) -> Run
     raw = _raw(f"{folder}/run.json")
     counts = _counted(raw)
     if _COMPLETE in raw:
-        analysed = os.access(f"{folder}/results.json", os.F_OK)
-        # Whole, but its worker died before it had read the results: the next one will.
-        return RunState("done" if analysed else "waiting", "", *counts)
+        answer = _raw(f"{folder}/results.json", _START_BYTES)
+        if not answer:
+            # Whole, but its worker died before it had read the results: the next one will.
+            return RunState("waiting", "", *counts)
+        found = _VERDICT.search(answer)
+        return RunState("done", "", *counts, verdict=found[1].decode() if found else "unreadable")
     claim = _parse(_raw(f"{folder}/claim.json"))
     if claim and alive(claim, asked):
         return RunState("running", describe(claim), *counts)
@@ -111,14 +124,14 @@ def _ended(known: dict[str, Any], claim: dict[str, Any]) -> tuple[State, str]:
     return "waiting", ""
 
 
-def _raw(path: str) -> bytes:
-    """What a small file holds; nothing if it is not there."""
+def _raw(path: str, most: int = _BYTES) -> bytes:
+    """What a small file holds, or the start of any; nothing if it is not there."""
     try:
         descriptor = os.open(path, os.O_RDONLY)
     except OSError:
         return b""
     try:
-        return os.read(descriptor, _BYTES)
+        return os.read(descriptor, most)
     except OSError:  # a folder, say
         return b""
     finally:

@@ -232,7 +232,12 @@ def _row(point: Point, run: RunDirectory, sections: Sequence[str]) -> dict[str, 
         return row
     except ValueError as error:
         return row | {"state": "failed", "reason": f"results.json cannot be read ({error})"}
-    return row | {"state": "done", "reason": None} | _answer(results, sections, run)
+    try:
+        answer = _answer(results, sections, run)
+    except (LookupError, TypeError, AttributeError) as error:
+        why = f"results.json is not whole ({type(error).__name__}: {error})"
+        return row | {"state": "failed", "reason": why}
+    return row | {"state": "done", "reason": None} | answer
 
 
 def _how_it_went(state: Mapping[str, Any]) -> dict[str, Any]:
