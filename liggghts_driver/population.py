@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -15,7 +16,13 @@ from liggghts_driver.packing import (
     sample_radii,
 )
 from liggghts_driver.physics.spheres import sphere_volume_m3
-from liggghts_driver.scene.layout import Layout, moving_count, particle_count
+from liggghts_driver.scene.layout import (
+    Layout,
+    mean_particle_volume_m3,
+    moving_count,
+    particle_count,
+    require_placeable,
+)
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -96,6 +103,9 @@ def _specimen(scene: Scene, seed: np.random.SeedSequence) -> tuple[Spheres, floa
     if specimen is None or grains is None or grains.radius_mean is None:
         return _nothing(), float("nan")
     size = (specimen.length, specimen.width, specimen.height or specimen.width)
+    one_m3 = mean_particle_volume_m3(grains)
+    expected = specimen.solid_fraction * math.prod(size) / one_m3 if one_m3 else math.inf
+    require_placeable(expected, "grains", "the specimen's size or grains.radius_mean")
     wanted = {
         "solid_fraction": specimen.solid_fraction,
         "mean_m": grains.radius_mean,

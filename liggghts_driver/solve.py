@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from liggghts_driver.deck.build import build_deck
-from liggghts_driver.errors import RunFolderError
+from liggghts_driver.errors import RunFolderError, SceneError
 from liggghts_driver.identity import scene_hash
 from liggghts_driver.outputs import write_text
 from liggghts_driver.prepare import prepare
@@ -97,6 +97,8 @@ def solve(
     RunInterrupted
         If the run was asked to end, and did at a checkpoint.
     """
+    if not isinstance(ranks, int) or ranks < 1:
+        raise SceneError(f"ranks = {ranks!r}: must be a whole number of at least 1")
     directory = RunDirectory(Path(out))
     directory.claim_for(scene)
     start = time.perf_counter()

@@ -83,8 +83,8 @@ def plan_time(scene: Scene, layout: Layout, population: Population, speed_m_s: f
     steps = samples * sample_every
     if steps > _MOST_STEPS:
         raise SceneError(
-            f"time.duration = {scene.time.duration:g} s: {steps} steps of {step:.3g} s; the engine "
-            f"counts to {_MOST_STEPS}; shorten the duration or soften the contacts"
+            f"time.duration = {scene.time.duration:g} s: {steps:.3g} steps of {step:.3g} s; the "
+            f"engine counts to {_MOST_STEPS:.3g}; {_way_out(scene, bounds[0])}"
         )
     return TimePlan(
         step_s=step,
@@ -102,6 +102,16 @@ def plan_time(scene: Scene, layout: Layout, population: Population, speed_m_s: f
 def _resolved(drag: DragPlan, kept_s: float) -> bool:
     # The interval is whole steps: what was within the bound may pass it by rounding.
     return drag.scheme != "implicit" or kept_s <= LONGEST_KEPT * drag.relaxation_s
+
+
+def _way_out(scene: Scene, limit: Bound) -> str:
+    """What to change where there are too many steps."""
+    if scene.time.step is not None and scene.time.step < 0.5 * limit.step_s:
+        return f"lengthen time.step, which may be {limit.step_s:.3g} s"
+    return (
+        f"shorten the duration, or change what bounds the step: {limit.name} ({limit.reason}), as "
+        "contact.stiffness_scale does for a contact"
+    )
 
 
 def _check_step(scene: Scene, limit: Bound) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import json
 import os
 import re
@@ -9,12 +10,14 @@ import signal
 import subprocess
 import sys
 import time
+from pathlib import Path
 
 import pytest
 from small_scenes import COLLISION, INFILTRATION, changed
 
 from liggghts_driver import __version__
 from liggghts_driver.cli import main
+from liggghts_driver.errors import SceneError
 from liggghts_driver.resources import cases_dir
 
 COMMANDS = ["run", "report", "deck", "estimate", "explain", "doctor", "schema", "study", "sweep"]
@@ -52,6 +55,7 @@ def cli(monkeypatch, capsys, tmp_path):
         except SystemExit as ended:
             code = ended.code or 0
         out, err = capsys.readouterr()
+        assert "a mistake of liggghts-driver itself" not in err
         return Ended(int(code), out, err)
 
     return run
@@ -75,6 +79,101 @@ def infiltration(tmp_path):
     path = tmp_path / "infiltration.json"
     path.write_text(json.dumps(INFILTRATION))
     return path
+
+
+class TestEveryFailureIsADocument:
+    """With --json there is one on the standard output, whatever goes wrong; and no traceback."""
+
+    @pytest.mark.parametrize(
+        "words",
+        [
+            ("run", "collision.json", "--ranks", "x"),
+            ("run", "collision.json", "--no-such-option"),
+            ("run",),
+            ("run", "collision.json", "--tolerance", "abc"),
+            ("estimate", "collision.json", "--gradient", "1", "--flow-rate", "1"),
+            ("study", "paper", "--only", "nothing"),
+            ("study", "accuracy", "collision.json", "--knobs", "nothing"),
+            ("study", "stability", "nothing"),
+            ("schema", "--markdown"),
+        ],
+    )
+    def test_wrong_options(self, cli, collision, words):
+        ended = cli(*words, "--json")
+        assert (ended.code, ended.document["error"]) == (2, "UsageError")
+        assert ended.document["message"] in ended.err.replace("\n", " ")
+
+    @pytest.mark.parametrize(
+        ("setting", "words"),
+        [
+            ("reservoir.length=1e9", "at most 10,000,000 can be placed"),
+            ("particles.radius_mean=1e-7", "at most 10,000,000 can be placed"),
+            ("grains.radius_mean=1e-7", "grains: at most 10,000,000"),
+            ("particles.radius_mean=1", "is less than one particle"),
+            ("reservoir.length=1e-9", "is less than one particle"),
+            ("time.step=1e-30", "lengthen time.step"),
+            ("output.samples=1000000000", "output.samples"),
+            ("output.images=100000000", "output.images"),
+        ],
+    )
+    def test_sizes_that_nobody_can_compute(self, cli, setting, words):
+        extra = ("particles.radius_deviation=0", "grains.radius_deviation=0")
+        sets = [word for each in (*extra, setting) for word in ("--set", each)]
+        ended = cli("explain", cases_dir() / "infiltration_small.toml", *sets, "--json")
+        assert ended.code == 2
+        assert words in ended.document["message"]
+
+    @pytest.mark.parametrize("option", ["--flow-rate=1e308", "--gradient=1e308:-1e308:5"])
+    def test_numbers_beyond_all_numbers(self, cli, option):
+        ended = cli("estimate", cases_dir() / "infiltration.toml", option, "--json")
+        assert ended.code == 2
+        assert "Warning" not in ended.err
+
+    def test_a_launcher_that_is_no_command(self, cli, collision, engine, monkeypatch):
+        monkeypatch.setenv("LIGGGHTS_DRIVER_LAUNCHER", '"mpirun')
+        ended = cli("run", collision, "--ranks", "2", "--json")
+        assert (ended.code, ended.document["error"]) == (1, "EngineNotFoundError")
+
+    @pytest.mark.parametrize(
+        ("raised", "code", "words"),
+        [
+            (KeyboardInterrupt(), 130, "interrupted"),
+            (MemoryError("8 TB"), 1, "not enough memory: 8 TB"),
+            (OSError(errno.ENOSPC, "No space left on device", "made/x"), 1, "made/x: No space"),
+            (SceneError("a reason"), 2, "a reason"),
+        ],
+    )
+    def test_what_nobody_asked_for(self, cli, collision, monkeypatch, raised, code, words):
+        def fails(*_arguments):
+            raise raised
+
+        monkeypatch.setattr("liggghts_driver.explain.explain", fails)
+        ended = cli("explain", collision, "--json")
+        assert ended.code == code
+        assert words in ended.document["message"]
+        assert words in ended.err
+
+    def test_a_mistake_of_our_own(self, collision, monkeypatch, capsys):
+        """Its traceback is in a file, which the message names."""
+
+        def fails(_scene):
+            return {}["key"]
+
+        monkeypatch.setattr("liggghts_driver.explain.explain", fails)
+        monkeypatch.setattr(sys, "argv", ["liggghts-driver", "explain", str(collision), "--json"])
+        with pytest.raises(SystemExit) as ended:
+            main()
+        assert ended.value.code == 1
+        message = json.loads(capsys.readouterr().out)["message"]
+        assert "KeyError: 'key'" in message
+        kept = Path(message.rpartition(" ")[2])
+        assert "Traceback" in kept.read_text()
+        kept.unlink()
+
+    def test_names_that_look_like_markup_stay(self, cli, collision, engine):
+        for _ in range(2):
+            ended = cli("run", collision, "--out", "r[/b]:bomb:")
+            assert (ended.code, "r[/b]:bomb:" in ended.out) == (0, True)
 
 
 class TestHelp:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import shlex
 from pathlib import Path
 from typing import Annotated, Optional
 
@@ -13,11 +14,11 @@ from liggghts_driver.cli import show
 from liggghts_driver.cli.gradients import parse_gradients
 from liggghts_driver.cli.options import (
     CHECKPOINT_EVERY_S,
-    INTERRUPTED,
     Json,
     Overrides,
     SceneFile,
     Tolerance,
+    interrupted,
     with_tolerance,
 )
 from liggghts_driver.cli.paper import paper
@@ -91,14 +92,11 @@ def run(
                 stop,
                 on_note=progress.on_note,
             )
-    except RunInterrupted as interrupted:
-        if as_json:
-            show.document({"interrupted": str(interrupted), "run_directory": str(folder)})
-        typer.echo(str(interrupted), err=True)
-        raise typer.Exit(INTERRUPTED) from None
+    except RunInterrupted as ended:
+        interrupted(str(ended), as_json=as_json, run_directory=str(folder))
     except KeyboardInterrupt:
-        typer.echo(f"interrupted; what the run wrote so far is kept in {folder}", err=True)
-        raise typer.Exit(INTERRUPTED) from None
+        words = f"interrupted; what the run wrote so far is kept in {folder}"
+        interrupted(words, as_json=as_json, run_directory=str(folder))
     _conclude(solution.results, solution.directory.path, reused=solution.reused, as_json=as_json)
 
 
@@ -134,7 +132,7 @@ def deck(
     typer.echo("\n".join(files))
     launcher = f"mpirun --bind-to none -np {ranks} " if ranks > 1 else ""
     engine = f"stdbuf -oL liggghts {' '.join(BATCH_ARGUMENTS)}"
-    typer.echo(f"run it with: cd {out} && {launcher}{engine}")
+    typer.echo(f"run it with: cd {shlex.quote(str(out))} && {launcher}{engine}")
 
 
 @app.command()
@@ -160,13 +158,19 @@ def estimate(
     as_json: Json = False,
 ) -> None:
     """The Darcy estimate of a scene, at once: equations 1 to 16 of the paper."""
+    import numpy as np
+
     from liggghts_driver.prediction import predict, predict_gradient
 
     checked = read_scene(scene, overrides or ())
     if flow_rate is not None:
         if gradient:
             raise typer.BadParameter("give --gradient or --flow-rate, not both")
-        answer = predict_gradient(checked, flow_rate)
+        try:
+            with np.errstate(over="ignore"):
+                answer = predict_gradient(checked, flow_rate)
+        except ValueError as error:
+            raise typer.BadParameter(f"--flow-rate {flow_rate:g}: {error}") from None
     else:
         answer = predict(checked, parse_gradients(gradient) if gradient else None)
     show.estimate(answer.as_dict(), as_json=as_json)
@@ -202,10 +206,13 @@ def schema(
     markdown: Annotated[
         bool, typer.Option("--markdown", help="A page for people instead of a JSON schema.")
     ] = False,
+    as_json: Json = False,
 ) -> None:
     """Print what a scene file may say: its JSON schema, or a page of Markdown."""
     from liggghts_driver.scene.schema import scene_reference, scene_schema
 
+    if markdown and as_json:
+        raise typer.BadParameter("give --markdown or --json, not both")
     typer.echo(scene_reference() if markdown else json.dumps(scene_schema(), indent=2))
 
 

@@ -46,7 +46,10 @@ def _range(word: str) -> list[float]:
     count = int(parts[2]) if len(parts) == 3 and re.fullmatch("[0-9]{1,6}", parts[2]) else 0
     if not 2 <= count <= _MOST:
         raise ValueError(f"a range is start:stop:count with a count of at least 2, at most {_MOST}")
-    values = np.linspace(_number(parts[0]), _number(parts[1]), count)
+    with np.errstate(over="ignore", invalid="ignore"):
+        values = np.linspace(_number(parts[0]), _number(parts[1]), count)
+    if not np.all(np.isfinite(values)):
+        raise ValueError("its steps are larger than any number")
     return [float(value) for value in values]
 
 

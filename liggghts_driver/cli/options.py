@@ -2,13 +2,19 @@
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
-from typing import Annotated, Optional
+from typing import Annotated, NoReturn, Optional
 
 import typer
 
-#: Exit code of a program that Ctrl-C ended.
-INTERRUPTED = 130
+
+class _Told(int):
+    """An exit code that comes with a message already."""
+
+
+#: Exit code of a program that Ctrl-C ended, and that said so.
+INTERRUPTED = _Told(130)
 #: Wall time between two checkpoints: a crash of the machine costs a run no more than this.
 CHECKPOINT_EVERY_S = 900.0
 
@@ -38,6 +44,14 @@ Cores = Annotated[
     typer.Option("--cores", min=1, help="Cores to use here; default: all.", show_default=False),
 ]
 Json = Annotated[bool, typer.Option("--json", help="Print one JSON document and nothing else.")]
+
+
+def interrupted(words: str, *, as_json: bool, **facts: str) -> NoReturn:
+    """Say that a command was interrupted, and end it."""
+    if as_json:
+        typer.echo(json.dumps({"interrupted": words, **facts}, indent=2))
+    typer.echo(words, err=True)
+    raise typer.Exit(INTERRUPTED)
 
 
 def with_tolerance(overrides: list[str] | None, tolerance: float | None) -> list[str]:

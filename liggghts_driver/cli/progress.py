@@ -101,7 +101,7 @@ class Lines(Follower):
 @contextlib.contextmanager
 def follow(*, quiet: bool) -> Iterator[Follower]:
     """What follows a run: a bar on a terminal, lines elsewhere, nothing when quiet."""
-    console = Console(stderr=True)
+    console = Console(stderr=True, emoji=False)
     if quiet:
         yield Follower()
     elif not console.is_terminal:

@@ -26,6 +26,9 @@ _PER_GRADIENT = {
     "valid": "valid",
 }
 
+#: A table with a column for each of them needs so many characters.
+_WIDE = 76
+
 
 def document(data: object) -> None:
     """One JSON document on stdout."""
@@ -37,9 +40,10 @@ def results(answer: Mapping[str, Any], path: Path, *, reused: bool, as_json: boo
     if as_json:
         document({**answer, "run_directory": str(path), "reused": reused})
         return
-    console = Console(soft_wrap=True)
+    console = Console(soft_wrap=True, emoji=False)
     if reused:
-        console.print(f"{path} holds this run, finished; nothing was computed again")
+        told = f"{path} holds this run, finished; nothing was computed again"
+        console.print(told, markup=False)
     console.print(f"verdict: [bold]{answer['verdict']}[/bold]")
     for reason in answer["reasons"]:
         console.print(f"  {reason}", markup=False)
@@ -72,8 +76,16 @@ def _accuracy(console: Console, answer: Mapping[str, Any]) -> None:
         console.print(f"settings: {settings}", markup=False, highlight=False)
 
 
+def _table(*heads: str) -> Table:
+    """A table in which a number that is too long goes on in the next line, instead of being cut."""
+    table = Table()
+    for head in heads:
+        table.add_column(head, overflow="fold")
+    return table
+
+
 def _flow(console: Console, answer: Mapping[str, Any]) -> None:
-    table = Table("", "simulated", "95 % interval", "estimate", "ratio")
+    table = _table("", "simulated", "95 % interval", "estimate", "ratio")
     for name, section in answer["sections"].items():
         rate = section["particle_flow_rate_m3_s"]
         table.add_row(
@@ -107,17 +119,28 @@ def estimate(answer: Mapping[str, Any], *, as_json: bool) -> None:
     if as_json:
         document(answer)
         return
-    console = Console(soft_wrap=True)
+    console = Console(soft_wrap=True, emoji=False)
     columns = {name: _list(answer[name]) for name in _PER_GRADIENT}
     for name, value in answer.items():
         if isinstance(value, float) and name not in _PER_GRADIENT:
             console.print(f"{name:32} {value:.4g}", markup=False)
-    table = Table(*_PER_GRADIENT.values())
-    for row in zip(*columns.values(), strict=True):
-        table.add_row(*(_cell(value) for value in row))
-    console.print(table)
+    rows = [[_cell(value) for value in row] for row in zip(*columns.values(), strict=True)]
+    _per_gradient(console, rows)
     for warning in answer["warnings"]:
         console.print(f"warning: {warning}", markup=False)
+
+
+def _per_gradient(console: Console, rows: Sequence[Sequence[str]]) -> None:
+    """A row for each gradient; where the window is too narrow for that, a line for each number."""
+    if console.width >= _WIDE:
+        table = _table(*_PER_GRADIENT.values())
+        for row in rows:
+            table.add_row(*row)
+        console.print(table)
+        return
+    for row in rows:
+        for head, cell in zip(_PER_GRADIENT.values(), row, strict=True):
+            console.print(f"{head.replace(chr(10), ' '):20} {cell}", markup=False)
 
 
 def _list(value: Any) -> Sequence[Any]:
@@ -133,7 +156,7 @@ def explanation(facts: Mapping[str, Any], *, as_json: bool) -> None:
     if as_json:
         document(facts)
         return
-    console = Console(soft_wrap=True)
+    console = Console(soft_wrap=True, emoji=False)
     _accuracy(console, facts)
     console.print(_effects(facts["effects"]))
     for effect in facts["effects"]:
@@ -199,7 +222,7 @@ def doctor(findings: Sequence[Finding], *, as_json: bool) -> None:
     if as_json:
         document([vars(finding) for finding in findings])
         return
-    console = Console(soft_wrap=True)
+    console = Console(soft_wrap=True, emoji=False)
     for finding in findings:
         mark = "ok     " if finding.found else "missing"
         console.print(f"{mark} {finding.name}: {finding.detail}", markup=False, highlight=False)

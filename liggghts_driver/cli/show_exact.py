@@ -21,7 +21,7 @@ def exact(results: Mapping[str, Any], folder: Path, *, as_json: bool) -> None:
     if as_json:
         document({**results, "folder": str(folder)})
         return
-    console = Console(highlight=False)
+    console = Console(highlight=False, emoji=False)
     console.print(_table(results))
     for bug in results["bugs"]:
         console.print(bug, markup=False, soft_wrap=True)

@@ -25,7 +25,10 @@ def paper(written: Written, *, as_json: bool) -> None:
         files = [str(path) for path in written.files]
         document({"results": json.loads(to_text(written.stored)), "files": files})
         return
-    found, console = context_of(written.stored), Console(soft_wrap=True, highlight=False)
+    found, console = (
+        context_of(written.stored),
+        Console(soft_wrap=True, highlight=False, emoji=False),
+    )
     console.width = max(console.width, _TABLE_WIDTH)
     heads, _, *rows = [_cells(line) for line in found["tables"]["flow"].splitlines()]
     table = Table(

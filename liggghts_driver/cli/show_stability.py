@@ -51,7 +51,7 @@ def stability(results: Mapping[str, Any], folder: Path, *, as_json: bool) -> Non
     if as_json:
         document({**results, "folder": str(folder)})
         return
-    console = Console(highlight=False, markup=False)
+    console = Console(highlight=False, markup=False, emoji=False)
     _cases(results, console)
     if results["on_purpose"]:
         _on_purpose(results, console)

@@ -24,7 +24,7 @@ def effects(results: Mapping[str, Any], folder: Path, *, as_json: bool) -> None:
     if as_json:
         document({**results, "folder": str(folder)})
         return
-    console = Console(highlight=False)
+    console = Console(highlight=False, emoji=False)
     base, *others = results["variants"]
     if others:
         console.print(_costs(base, others))
@@ -152,7 +152,7 @@ def accuracy(results: Mapping[str, Any], folder: Path, *, as_json: bool) -> None
     if as_json:
         document(results)
         return
-    console = Console(soft_wrap=True)
+    console = Console(soft_wrap=True, emoji=False)
     table = Table(box=None, pad_edge=False)
     for name in results["shown"]:
         table.add_column(name.replace("_", " ").removesuffix(" 1"), no_wrap=True)

@@ -11,12 +11,12 @@ import typer
 
 from liggghts_driver.cli.options import (
     CHECKPOINT_EVERY_S,
-    INTERRUPTED,
     RUNS,
     Json,
     Overrides,
     Runs,
     SceneFile,
+    interrupted,
 )
 from liggghts_driver.scene import read_problem, read_scene
 
@@ -170,8 +170,7 @@ def _run(
     with show_sweep.following(to_do, cores, quiet=quiet) as listener:
         outcomes = (run_side_by_side if side_by_side else run_tasks)(tasks, stop, listener)
     if stop.asked:
-        typer.echo("interrupted; the same command goes on from there", err=True)
-        raise typer.Exit(INTERRUPTED)
+        interrupted("interrupted; the same command goes on from there", as_json=quiet)
     for name, outcome in outcomes.items():
         if outcome.ending != "done" and name_failures:
             typer.echo(f"{outcome.ending}: {name}: {outcome.reason}", err=True)

@@ -233,7 +233,7 @@ def default_folder(file: Path) -> Path:
 
 def folder_of(place: Path) -> Path:
     """The folder of a sweep, given itself or by the sweep's file."""
-    return default_folder(place) if place.suffix == ".toml" else place
+    return default_folder(place) if place.is_file() or place.suffix == ".toml" else place
 
 
 def _planned(folder: Path) -> Plan:
@@ -242,7 +242,7 @@ def _planned(folder: Path) -> Plan:
 
     plan = read_plan(folder)
     if has_changed(plan):
-        words = "has changed since its points were planned; `sweep run` takes the change in"
+        words = "has changed since its points were planned; `sweep run` takes in what was added"
         typer.echo(f"note: {plan.file} {words}", err=True)
     return plan
 

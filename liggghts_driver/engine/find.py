@@ -78,7 +78,11 @@ def _launcher(ranks: int) -> list[str]:
     EngineNotFoundError
         If the launcher is missing.
     """
-    words = shlex.split(os.environ.get(LAUNCHER_VARIABLE, "mpirun --bind-to none -np {ranks}"))
+    text = os.environ.get(LAUNCHER_VARIABLE, "mpirun --bind-to none -np {ranks}")
+    try:
+        words = shlex.split(text)
+    except ValueError as error:
+        raise EngineNotFoundError(f"{LAUNCHER_VARIABLE} = {text!r}: {error}") from None
     program, *arguments = words or ["mpirun"]
     return [require(program), *(word.replace("{ranks}", str(ranks)) for word in arguments)]
 

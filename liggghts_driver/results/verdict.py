@@ -114,7 +114,8 @@ def _contact_step(case: Case, series: pd.DataFrame) -> Iterator[str]:
     if case.time.step_s > limit:
         yield (
             f"a particle reached {fastest:.3g} m/s, {case.speed_bound_m_s:.3g} were expected: at "
-            f"that speed the step must be at most {limit:.3g} s, it was {case.time.step_s:.3g} s"
+            f"that speed the step must be at most {limit:.3g} s, it was {case.time.step_s:.3g} s "
+            "(time.step)"
         )
 
 

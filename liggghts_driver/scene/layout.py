@@ -10,12 +10,15 @@ import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from liggghts_driver.errors import PackingError
 from liggghts_driver.packing.radii import mean_sphere_volume
 
 if TYPE_CHECKING:
     from liggghts_driver.scene.fields import Face
     from liggghts_driver.scene.model import Radii, Scene
 
+#: More would not fit into the memory of most machines while they are placed.
+MOST_SPHERES = 10_000_000
 FACES: tuple[Face, ...] = ("x-", "x+", "y-", "y+", "z-", "z+")
 
 
@@ -49,14 +52,44 @@ def mean_particle_volume_m3(radii: Radii) -> float:
 
 
 def particle_count(scene: Scene, layout: Layout) -> int:
-    """Particles to place: as said, or from the volume fraction of what the suspension fills."""
-    if scene.particles.count is not None:
-        return scene.particles.count
-    fraction = scene.particles.volume_fraction
-    if fraction is None or scene.particles.radius_mean is None:
+    """Particles to place: as said, or from the volume fraction of what the suspension fills.
+
+    Raises
+    ------
+    PackingError
+        If they are too many to be placed, or a fraction is asked for and not one particle fits.
+    """
+    particles = scene.particles
+    if particles.count is not None:
+        require_placeable(particles.count, "particles", "particles.count")
+        return particles.count
+    if particles.volume_fraction is None or particles.radius_mean is None:
         return 0
-    sides = [b - a for a, b in zip(layout.fill_low, layout.fill_high, strict=True)]
-    return round(fraction * math.prod(sides) / mean_particle_volume_m3(scene.particles))
+    volume_m3 = math.prod(b - a for a, b in zip(layout.fill_low, layout.fill_high, strict=True))
+    one_m3 = mean_particle_volume_m3(particles)
+    expected = particles.volume_fraction * volume_m3 / one_m3 if one_m3 else math.inf
+    require_placeable(expected, "particles", "the reservoir or the box, or particles.radius_mean")
+    if particles.volume_fraction > 0.0 and round(expected) == 0:
+        raise PackingError(
+            f"particles.volume_fraction = {particles.volume_fraction:g} of {volume_m3:.3g} m3 is "
+            f"less than one particle of {one_m3:.3g} m3; make the reservoir longer or the "
+            "particles smaller, or give particles.count"
+        )
+    return round(expected)
+
+
+def require_placeable(expected: float, what: str, keys: str) -> None:
+    """Refuse more spheres than anyone could place, before memory runs out.
+
+    Raises
+    ------
+    PackingError
+        Naming the keys that say how many there are.
+    """
+    if not expected <= MOST_SPHERES:
+        raise PackingError(
+            f"{expected:.3g} {what}: at most {MOST_SPHERES:,} can be placed; change {keys}"
+        )
 
 
 def moving_count(scene: Scene, layout: Layout) -> int:

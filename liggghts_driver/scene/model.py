@@ -260,9 +260,11 @@ class Time(Table):
 class Output(Table):
     """What is kept of a run."""
 
-    samples: Whole = key("", "rows of the time series", 500, ge=10)
-    frames: Whole = key("", "frames of all particles' positions and velocities", 100, ge=1)
-    images: Whole = key("", "snapshots rendered by the engine", 6, ge=0)
+    samples: Whole = key("", "rows of the time series", 500, ge=10, le=1_000_000)
+    frames: Whole = key(
+        "", "frames of all particles' positions and velocities", 100, ge=1, le=1_000_000
+    )
+    images: Whole = key("", "snapshots rendered by the engine", 6, ge=0, le=100_000)
     paraview: Switch = key("", "also write VTK files for ParaView", False)
     flowing_above: Number | None = key(
         "m/s",

@@ -142,7 +142,7 @@ def load_tables(path: Path, what: str = "scene") -> dict[str, Any]:
         If there is no such file, or it holds no tables.
     """
     try:
-        text = path.read_text(encoding="utf-8")
+        text = path.read_text(encoding="utf-8-sig")
     except OSError as error:
         raise SceneError(f"{path}: cannot be read ({error.strerror}); check the path") from None
     except UnicodeDecodeError:
