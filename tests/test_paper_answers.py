@@ -123,6 +123,22 @@ class TestAnswers:
         assert sentence.startswith("*viscous*")
         assert "entrance (10 to 20 Pa/m), 1.00" in sentence
 
+    @pytest.mark.parametrize(("viscous", "told"), [(0.95, True), (0.66, False)])
+    def test_what_takes_the_power_towards_1(self, viscous, told):
+        """Powers of 0.30, 0.64 and the viscous fluid's, each with 0.001 between packings."""
+        powers = {"piston_follows": 0.64, "viscous": viscous}
+
+        def rule(sweep, values, replicate):
+            power = powers.get(sweep, 0.30) + 0.001 * replicate
+            return 1.7e-6 * (float(values.get(GRADIENT, 10.0)) / 10.0) ** power
+
+        found = power_answer(shipped(rule))[-1]
+        assert found.startswith("So both changes are needed") == told
+        if told:
+            assert "from 0.30" in found
+            assert "to 0.64" in found
+            assert "to 0.95" in found
+
     def test_proportional_flow(self):
         found = power_answer(linear())
         assert found[0].startswith(

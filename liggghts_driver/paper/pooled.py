@@ -67,6 +67,12 @@ class Pooled:
             return None
         return max(self.between, (self.in_time or 0.0) / math.sqrt(self.packings))
 
+    def is_below(self, other: Pooled) -> bool:
+        """Whether it is smaller, and neither interval reaches the other."""
+        if self.interval is None or other.interval is None:
+            return False
+        return self.mean + self.interval < other.mean - other.interval
+
     @property
     def half_width(self) -> float | None:
         """What a bar shows: what the mean is judged by, of one packing the error in its time."""

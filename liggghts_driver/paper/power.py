@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from functools import partial
+from itertools import pairwise
 from typing import TYPE_CHECKING, Literal
 
 from liggghts_driver.paper import law
@@ -13,7 +14,7 @@ from liggghts_driver.paper.words import by_kind, holds, listed, short_cell
 from liggghts_driver.report.numbers import number
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping, Sequence
+    from collections.abc import Callable, Iterator, Mapping, Sequence
 
     from liggghts_driver.paper.catalogue import Series
     from liggghts_driver.paper.pooled import Pooled
@@ -47,7 +48,23 @@ def power_answer(stored: Stored) -> list[str]:
         if pooled is not None and pooled.between is not None:
             told = f"*{series.name}* (power {short_cell(pooled)})"
             kinds[kind_of_power(pooled)].append(told)
-    return [_linear(kinds), *sentences]
+    return [_linear(kinds), *sentences, *_step_by_step(stored)]
+
+
+def _step_by_step(stored: Stored) -> Iterator[str]:
+    """What takes the power towards 1, if each of the two changes is told from chance."""
+    several = (MAIN, FOLLOWS, VISCOUS)
+    powers = [power_of(stored, series, "entrance") for series in several]
+    known = [power for power in powers if power is not None]
+    if len(known) < len(several) or not all(a.is_below(b) for a, b in pairwise(known)):
+        return
+    first, follows, viscous = (short_cell(power) for power in known)
+    yield (
+        f"So both changes are needed: at the entrance a piston that follows takes the power from "
+        f"{first} to {follows}, and the viscous fluid besides to {viscous}. A push that does not "
+        "go with the gradient, and drag that does not go with the speed, keep the flow from being "
+        "linear."
+    )
 
 
 def power_of(stored: Stored, series: Series, section: str) -> Pooled | None:
@@ -127,7 +144,8 @@ def _power_words(stored: Stored, series: Series, pooled: Pooled | None) -> str:
         near[number(free, 2)] = free
     held = [name for name, value in near.items() if holds(pooled, value)]
     if not held:
-        return f"{short_cell(pooled)}, neither {' nor '.join(near)}"
+        told = f"neither {' nor '.join(near)}" if len(near) > 1 else f"not {next(iter(near))}"
+        return f"{short_cell(pooled)}, {told}"
     if len(held) == len(near) > 1:
         return f"{short_cell(pooled)}, which cannot tell {' from '.join(near)}"
     return f"{short_cell(pooled)}, which may be {listed(held)}"

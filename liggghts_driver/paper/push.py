@@ -27,7 +27,6 @@ if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
     from liggghts_driver.paper.catalogue import Reading
-    from liggghts_driver.paper.pooled import Pooled
     from liggghts_driver.paper.stored import Stored
 
 #: A change of the flow that is little beside that of the force, which becomes 26 times less.
@@ -114,13 +113,6 @@ def _so_more_enters(stored: Stored) -> str:
         return ""
     own, first = (power_of(stored, series, "entrance") for series in (PRINTED, MAIN))
     less = ""
-    if own is not None and first is not None and _is_below(own, first):
+    if own is not None and first is not None and own.is_below(first):
         less = ", and it hangs on the gradient even less"
     return f" So more enters than in *{FIRST.title}*{less}."
-
-
-def _is_below(one: Pooled, other: Pooled) -> bool:
-    """Whether a power is smaller than another, and neither interval reaches the other."""
-    if one.interval is None or other.interval is None:
-        return False
-    return one.mean + one.interval < other.mean - other.interval
