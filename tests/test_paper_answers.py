@@ -133,7 +133,7 @@ class TestAnswers:
             return 1.7e-6 * (float(values.get(GRADIENT, 10.0)) / 10.0) ** power
 
         found = power_answer(shipped(rule))[-1]
-        assert found.startswith("So both changes are needed") == told
+        assert found.startswith("A piston that follows is not enough") == told
         if told:
             assert "from 0.30" in found
             assert "to 0.64" in found
@@ -303,7 +303,8 @@ class TestAnswers:
         """The made-up flow hangs on neither; the law's goes from 1.40e-6 to 2.44e-6 with v_p."""
         fraction, porosity = what_if_answer(linear())[5:]
         assert fraction.startswith("From v_p = 0.1 to 0.25 the flow rate changes past the entrance")
-        assert "0 ± 0 %" in fraction
+        # Each run is known to 2 %: both flows together, over three packings, to 1.6 %.
+        assert "0.0 ± 1.6 %" in fraction
         assert "the law's by +74 %: another course" in fraction
         assert porosity.startswith("From v_2 = 0.45 to 0.5 ")
 

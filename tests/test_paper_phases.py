@@ -63,7 +63,7 @@ class TestPhases:
         entry, standstill, creep = phases_answer(at_ten(bouncing()))
         assert entry.startswith("*Entry*, to 12 s: the piston falls, at last with 24 mm/s")
         # 1 cm3/s: 2 s back, and 4.5 s forth.
-        assert "its fluid with it, 2.0 cm³ enter, although" in standstill
+        assert "its fluid with it, a net 2.0 cm³ enter, although" in standstill
         assert "as it comes forth again, 4.5. (In" in standstill
         assert standstill.startswith("*Standstill*, to 18 s")
         assert "bounces back by 5.0 mm" in standstill

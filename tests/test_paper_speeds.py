@@ -91,7 +91,8 @@ class TestWhatCounts:
         ("speeds", "side"),
         [
             ((3.5e-4, 3.6e-4), "above it with all counted"),
-            ((3.5e-4, None), "above it with all counted"),
+            ((3.5e-4, None), "above it"),
+            ((3.5e-4, 3.6e-4, None), "above it with all counted"),
             ((3.5e-4, 2.0e-4), "above it"),
             ((None, None), "above it"),
             ((3.5e-4,), "one packing"),

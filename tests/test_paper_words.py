@@ -10,7 +10,7 @@ import pytest
 from paper_results import answer, measured, only, point
 
 from liggghts_driver.paper.catalogue import GRADIENT, MAIN
-from liggghts_driver.paper.changes import change_words
+from liggghts_driver.paper.changes import change_between, change_words
 from liggghts_driver.paper.pooled import (
     Pooled,
     exponent,
@@ -24,6 +24,7 @@ from liggghts_driver.paper.pooled import (
 )
 from liggghts_driver.paper.stored import NOT_RUN
 from liggghts_driver.paper.words import any_of, cell, counted, holds, judge, listed, short_cell
+from liggghts_driver.statistics import students_half_width
 from liggghts_driver.studies.paired import Change
 
 #: Rounding of a few operations.
@@ -258,6 +259,20 @@ class TestCells:
 
 
 class TestChanges:
+    def test_no_narrower_than_errors_in_time_allow(self):
+        """Doubled in both packings; shares of 3 and 4 % in time, over the root of two packings."""
+        own, base = pooled(2.0, 4.0, own=0.12), pooled(1.0, 2.0, own=0.045)
+        change = change_between(own, base)
+        assert change.mean == pytest.approx(1.0, rel=EXACT)
+        shares = math.hypot(0.12 / 3.0, 0.045 / 1.5)
+        assert change.ci95 == pytest.approx(2.0 * shares / math.sqrt(2.0), rel=EXACT)
+
+    def test_packings_that_differ_by_more_are_what_counts(self):
+        change = change_between(pooled(2.0, 2.5, own=1e-6), pooled(1.0, 1.0, own=1e-6))
+        assert change.ci95 == pytest.approx(students_half_width([1.0, 1.5]), rel=EXACT)
+        assert change_between(pooled(2.0), pooled(1.0)).ci95 is None
+        assert change_between(pooled(2.0, 2.5, own=None), pooled(1.0, 1.0)).ci95 == change.ci95
+
     @pytest.mark.parametrize(
         ("mean", "ci95", "words"),
         [

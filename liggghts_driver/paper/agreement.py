@@ -78,22 +78,24 @@ def _steady(stored: Stored) -> Iterator[str]:
 
 def _how_far(stored: Stored) -> str:
     """By how much the flow rates that are not steady change."""
-    changes = [
-        change
-        for point in stored.points()
-        if point.sound is not None
-        for name in SECTIONS
-        if not second_half(point.sound, name).steady
-        if (change := _late_change(point.sound, name)) is not None
-    ]
-    if not changes:
+    told = []
+    for name in SECTIONS:
+        changes = [
+            change
+            for point in stored.points()
+            if point.sound is not None and not second_half(point.sound, name).steady
+            if (change := _late_change(point.sound, name)) is not None
+        ]
+        if changes:
+            low, middle, high = (
+                number(100.0 * share, 2) for share in np.quantile(changes, (0.25, 0.5, 0.75))
+            )
+            told.append(f"{middle} % at the {name} (half of them {low} to {high} %)")
+    if not told:
         return ""
-    low, middle, high = (
-        f"{number(100.0 * share, 2)} %" for share in np.quantile(changes, (0.25, 0.5, 0.75))
-    )
     return (
-        f" From the third quarter of the run to the last, the others change by {middle} in the "
-        f"median; half of them by {low} to {high}."
+        " From the third quarter of the run to the last, the others change in the median by "
+        f"{listed(told)}."
     )
 
 
@@ -139,10 +141,10 @@ def velocity_words(sides: dict[Side, list[str]]) -> str:
 def _all_above(points: Iterable[Point], printed: tuple[float, float]) -> bool:
     """Whether even the mean of all inside is above the printed range: then any choice of some is.
 
-    In every packing of which that is known, and in one at least.
+    In every packing of which that is known, and in several.
     """
     found = [a.faster_m_s[ALL] for a in answers_of(points).values() if ALL in a.faster_m_s]
-    return bool(found) and min(found) > printed[1]
+    return len(found) > 1 and min(found) > printed[1]
 
 
 def _beside(ours: tuple[float, float], printed: tuple[float, float]) -> Side:

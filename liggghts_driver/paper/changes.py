@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from liggghts_driver.paper.catalogue import FIRST, READINGS
@@ -16,6 +18,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from liggghts_driver.paper.catalogue import Reading
+    from liggghts_driver.paper.pooled import Pooled
     from liggghts_driver.paper.stored import Stored
     from liggghts_driver.studies.paired import Change
 
@@ -23,20 +26,33 @@ if TYPE_CHECKING:
 def change_of(stored: Stored, reading: Reading, section: str) -> Change | None:
     """The relative change over the packings; None where nothing can be compared."""
     own, base = _flows(stored, reading, section)
-    return paired_change(own, base)
+    return None if own is None or base is None else change_between(own, base)
+
+
+def change_between(own: Pooled, base: Pooled) -> Change | None:
+    """The relative change from one flow to another, packing by packing; None without a pair.
+
+    Its interval is that between the packings, no narrower than the errors in time of both flows
+    allow, which are taken as independent.
+    """
+    change = paired_change(own.values, base.values)
+    if change is None or change.ci95 is None or own.in_time is None or base.in_time is None:
+        return change
+    shares = [each.in_time / each.mean for each in (own, base) if each.in_time and each.mean]
+    in_time = (1.0 + change.mean) * math.hypot(*shares) / math.sqrt(change.replicates)
+    return replace(change, ci95=max(change.ci95, in_time))
 
 
 def remaining(stored: Stored, reading: Reading, section: str) -> list[float]:
     """What is left of the flow rate in each packing, as a share."""
-    return ratios(*_flows(stored, reading, section))
+    own, base = _flows(stored, reading, section)
+    return [] if own is None or base is None else ratios(own.values, base.values)
 
 
-def _flows(stored: Stored, reading: Reading, section: str) -> list[dict[int, float]]:
-    """The flow rate of a reading, and of what it is held against, by seed."""
-    pooled = [
-        flow(of_reading(stored, each), section) for each in (reading, reading.beside or FIRST)
-    ]
-    return [{} if found is None else dict(found.values) for found in pooled]
+def _flows(stored: Stored, reading: Reading, section: str) -> list[Pooled | None]:
+    """The flow rate of a reading, and of what it is held against."""
+    both = (reading, reading.beside or FIRST)
+    return [flow(of_reading(stored, each), section) for each in both]
 
 
 def is_told(change: Change) -> bool:

@@ -62,14 +62,18 @@ def choices_answer(stored: Stored) -> str:
 
 
 def _factors(stored: Stored, series: Series, low: float, high: float) -> list[float]:
-    """What becomes of the velocity over free flight between two gradients, for each choice."""
+    """What becomes of the velocity over free flight between two gradients, for each choice.
+
+    Of the packings that are known at both; none where there is none.
+    """
     points = by_gradient(stored, series)
-    ends = [
-        _means([a.faster_m_s for a in answers_of(points.get(g, [])).values() if a.faster_m_s],
-               law.free_flight_m_s(g))
-        for g in (low, high)
-    ]  # fmt: skip
-    return [ends[1][name] / ends[0][name] for name in _CHOICES if all(name in e for e in ends)]
+    ends = [answers_of(points.get(gradient, [])) for gradient in (low, high)]
+    both = [s for s in ends[0] if s in ends[1] and all(e[s].faster_m_s for e in ends)]
+    means = [
+        _means([end[seed].faster_m_s for seed in both], law.free_flight_m_s(gradient))
+        for end, gradient in zip(ends, (low, high), strict=True)
+    ]
+    return [means[1][name] / means[0][name] for name in _CHOICES if all(name in m for m in means)]
 
 
 def _means(found: Sequence[Mapping[str, float]], scale: float) -> dict[str, float]:

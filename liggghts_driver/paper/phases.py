@@ -80,7 +80,7 @@ def _standstill(found: Sequence[tuple[Curves, Bounce]]) -> str:
     forwards = [1e6 * c.passed_m3("entrance", b.turned, b.returned) for c, b in found]
     return (
         f"*Standstill*, to {reach(returned)} s: the piston meets the dense bed and bounces back "
-        f"by {reach(back)} mm. While it goes back, and its fluid with it, {reach(backwards)} cm³ "
+        f"by {reach(back)} mm. While it goes back, its fluid with it, a net {reach(backwards)} cm³ "
         f"enter, although the gradient acts inside; as it comes forth again, {reach(forwards)}. "
         "(In *v_f = a t* the piston bounces too, and the flow goes on: it is the fluid that holds "
         "the particles back.)"

@@ -60,10 +60,9 @@ def _step_by_step(stored: Stored) -> Iterator[str]:
         return
     first, follows, viscous = (short_cell(power) for power in known)
     yield (
-        f"So both changes are needed: at the entrance a piston that follows takes the power from "
-        f"{first} to {follows}, and the viscous fluid besides to {viscous}. A push that does not "
-        "go with the gradient, and drag that does not go with the speed, keep the flow from being "
-        "linear."
+        f"A piston that follows is not enough: at the entrance it takes the power from {first} to "
+        f"{follows}, and the viscous fluid besides to {viscous}. (That fluid without this piston "
+        "was not run, and the powers are of the gradients that each ran at.)"
     )
 
 

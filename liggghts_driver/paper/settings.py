@@ -8,7 +8,7 @@ from liggghts_driver.paper.catalogue import SETTINGS, sweep_file
 from liggghts_driver.paper.changes import change_of, change_words
 from liggghts_driver.paper.printed import SECTIONS
 from liggghts_driver.paper.stored import NOT_RUN
-from liggghts_driver.paper.words import SETTINGS_ERROR, capital, listed
+from liggghts_driver.paper.words import SETTINGS_ERROR, capital, counted, listed
 from liggghts_driver.report.numbers import number
 
 if TYPE_CHECKING:
@@ -42,8 +42,9 @@ def settings_answer(stored: Stored) -> str:
     if not known:
         return f"What the paper's own step and stiffness change ({file}): {NOT_RUN}."
     told = [f"past the {name} by {change_words(change)}" for name, change in known.items()]
+    packings = counted(max(change.replicates for change in known.values()), "packing")
     return (
-        f"The paper's own step and stiffness, with the same packings ({file}), change the flow "
+        f"The paper's own step and stiffness, in {packings} of the same ({file}), change the flow "
         f"rate {listed(told)}. {capital(_beside_what_is_allowed(known.values()))}."
     )
 

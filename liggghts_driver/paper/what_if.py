@@ -6,12 +6,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from liggghts_driver.paper.changes import change_words, exact_words
+from liggghts_driver.paper.changes import change_between, change_words, exact_words
 from liggghts_driver.paper.printed import SECTIONS
 from liggghts_driver.paper.stored import NOT_RUN
 from liggghts_driver.paper.varied import FRACTION, POROSITY
 from liggghts_driver.paper.words import FLOW_UNIT, capital, cell, judge, listed
-from liggghts_driver.studies.paired import paired_change
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -39,7 +38,7 @@ def _from_first_to_last(stored: Stored, varied: Varied) -> str:
     for name, flows in found.items():
         if len(flows) > 1:
             low, high = min(flows), max(flows)
-            changes[name] = paired_change(flows[high].values, flows[low].values)
+            changes[name] = change_between(flows[high], flows[low])
     known = {name: change for name, change in changes.items() if change is not None}
     if not known:
         return ""
