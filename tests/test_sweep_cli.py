@@ -433,7 +433,9 @@ class TestStatus:
 class TestChangedFile:
     """Status and collect go by the plan: a file that says something else by now is told of."""
 
-    NOTE = "note: {} has changed since its points were planned; `sweep run` takes the change in\n"
+    NOTE = (
+        "note: {} has changed since its points were planned; `sweep run` takes in what was added\n"
+    )
 
     @pytest.mark.parametrize("what", ["three.toml", "runs/sweep-three"])
     @pytest.mark.parametrize("name", ["status", "collect"])

@@ -44,8 +44,8 @@ def settings_answer(stored: Stored) -> str:
     told = [f"past the {name} by {change_words(change)}" for name, change in known.items()]
     packings = counted(max(change.replicates for change in known.values()), "packing")
     return (
-        f"The paper's own step and stiffness, in {packings} of the same ({file}), change the flow "
-        f"rate {listed(told)}. {capital(_beside_what_is_allowed(known.values()))}."
+        f"The paper's own step and stiffness, in the same {packings} ({file}), change the "
+        f"flow rate {listed(told)}. {capital(_beside_what_is_allowed(known.values()))}."
     )
 
 
