@@ -85,7 +85,10 @@ class Attempt:
     def _why_anew(self, finding: Finding | None) -> str | None:
         """Why what was begun here cannot be gone on with; None where it can."""
         directory = self.directory
-        if directory.segments():
+        begun = bool(directory.segments())
+        if not begun and finding is None:
+            return None  # nothing is there: no deck has to be built to see that
+        if begun:
             fault = directory.checkpoint_fault() or self._missing_data()
             if fault is not None:
                 return fault

@@ -37,7 +37,9 @@ def write_bytes(path: Path, data: bytes) -> None:
         raise
 
 
-def require_free_names(folder: Path, names: Iterable[str], *, ours: bool = False) -> None:
+def require_free_names(
+    folder: Path, names: Iterable[str], *, ours: bool = False, option: str = "--out"
+) -> None:
     """Refuse a folder in which files would be overwritten, or that can be none.
 
     Parameters
@@ -48,6 +50,8 @@ def require_free_names(folder: Path, names: Iterable[str], *, ours: bool = False
         Of these files.
     ours
         Whether what is there already is an earlier version of the same.
+    option
+        With which another folder is chosen.
 
     Raises
     ------
@@ -55,12 +59,12 @@ def require_free_names(folder: Path, names: Iterable[str], *, ours: bool = False
         With what stands in the way.
     """
     if folder.exists() and not folder.is_dir():
-        raise RunFolderError(f"{folder}: is a file; choose a folder with --out")
+        raise RunFolderError(f"{folder}: is a file; choose a folder with {option}")
     theirs = [] if ours else [name for name in names if (folder / name).exists()]
     if theirs:
         raise RunFolderError(
             f"{folder}: holds {', '.join(theirs)} that would be overwritten and is not of this "
-            "very study; choose another folder with --out"
+            f"very study; choose another folder with {option}"
         )
 
 

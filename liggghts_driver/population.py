@@ -18,7 +18,7 @@ from liggghts_driver.packing import (
 from liggghts_driver.physics.spheres import sphere_volume_m3
 from liggghts_driver.scene.layout import (
     Layout,
-    mean_particle_volume_m3,
+    expected_count,
     moving_count,
     particle_count,
     require_placeable,
@@ -103,8 +103,7 @@ def _specimen(scene: Scene, seed: np.random.SeedSequence) -> tuple[Spheres, floa
     if specimen is None or grains is None or grains.radius_mean is None:
         return _nothing(), float("nan")
     size = (specimen.length, specimen.width, specimen.height or specimen.width)
-    one_m3 = mean_particle_volume_m3(grains)
-    expected = specimen.solid_fraction * math.prod(size) / one_m3 if one_m3 else math.inf
+    expected = expected_count(grains, specimen.solid_fraction * math.prod(size))
     require_placeable(expected, "grains", "the specimen's size or grains.radius_mean")
     wanted = {
         "solid_fraction": specimen.solid_fraction,

@@ -9,12 +9,16 @@ from typing import TYPE_CHECKING
 
 import fake_engine
 import pytest
+from small_scenes import COLLISION, case_of
 
 from liggghts_driver.engine.find import BINARY_VARIABLE
+from liggghts_driver.rundir import RunDirectory
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
     from pathlib import Path
+
+    from liggghts_driver.case import Case
 
 
 def pytest_configure() -> None:
@@ -45,6 +49,18 @@ def engine(binary: Path, monkeypatch: pytest.MonkeyPatch) -> Callable[[str], Non
     monkeypatch.setenv(BINARY_VARIABLE, str(binary))
     monkeypatch.setenv("FAKE_ENGINE", "")
     return lambda behaviour: monkeypatch.setenv("FAKE_ENGINE", behaviour)
+
+
+@pytest.fixture
+def run(tmp_path: Path) -> RunDirectory:
+    """A run directory that is not there yet."""
+    return RunDirectory(tmp_path / "run")
+
+
+@pytest.fixture(scope="module")
+def case() -> Case:
+    """Two spheres that collide."""
+    return case_of(COLLISION)
 
 
 @pytest.hookimpl(tryfirst=True)

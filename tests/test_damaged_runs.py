@@ -3,23 +3,11 @@
 from __future__ import annotations
 
 import pytest
-from small_scenes import COLLISION, case_of
 from test_interruption import assert_whole, interrupt
 
 from liggghts_driver.errors import RunFolderError
 from liggghts_driver.results.answer import analyse
 from liggghts_driver.run import run_case
-from liggghts_driver.rundir import RunDirectory
-
-
-@pytest.fixture
-def run(tmp_path):
-    return RunDirectory(tmp_path / "run")
-
-
-@pytest.fixture(scope="module")
-def case():
-    return case_of(COLLISION)
 
 
 def cut(path, keep=0.6):

@@ -13,29 +13,17 @@ import time
 from pathlib import Path
 
 import pytest
-from small_scenes import COLLISION, case_of
 
 from liggghts_driver.engine.stop import Stop
 from liggghts_driver.errors import RunError, RunInterrupted
 from liggghts_driver.results.series import read_run_series
 from liggghts_driver.results.thermo import read_logs
 from liggghts_driver.run import run_case
-from liggghts_driver.rundir import RunDirectory
 from liggghts_driver.timestep import frame_steps
 
 TESTS = Path(__file__).parent
 #: Where the stand-in "slow" is asked to end: with half of a second or more still to go.
 EARLY = 0.2
-
-
-@pytest.fixture
-def run(tmp_path):
-    return RunDirectory(tmp_path / "run")
-
-
-@pytest.fixture(scope="module")
-def case():
-    return case_of(COLLISION)
 
 
 @pytest.fixture

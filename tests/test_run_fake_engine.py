@@ -10,8 +10,8 @@ import subprocess
 import sys
 import time
 from pathlib import Path
+from typing import TYPE_CHECKING
 
-import fake_engine
 import pytest
 from small_scenes import COLLISION, FLUID, case_of, scene_of
 
@@ -19,14 +19,11 @@ from liggghts_driver.deck.build import build_deck
 from liggghts_driver.errors import RunError, RunFolderError
 from liggghts_driver.identity import scene_hash
 from liggghts_driver.run import run_case
-from liggghts_driver.rundir import RunDirectory
+
+if TYPE_CHECKING:
+    from liggghts_driver.rundir import RunDirectory
 
 TESTS = Path(__file__).parent
-
-
-@pytest.fixture(scope="session")
-def binary(tmp_path_factory):
-    return fake_engine.install(tmp_path_factory.mktemp("engine"))
 
 
 @pytest.fixture
@@ -39,16 +36,6 @@ def behave(binary, monkeypatch):
 
     choose("")
     return choose
-
-
-@pytest.fixture
-def run(tmp_path):
-    return RunDirectory(tmp_path / "run")
-
-
-@pytest.fixture(scope="module")
-def case():
-    return case_of(COLLISION)
 
 
 def failure(case, run) -> str:

@@ -13,7 +13,7 @@ from typing import cast
 from liggghts_driver.errors import DriverError
 
 #: Exit code of a command that Ctrl-C ended.
-_INTERRUPTED = 130
+EXIT_INTERRUPTED = 130
 
 
 def main() -> None:
@@ -26,7 +26,7 @@ def main() -> None:
     try:
         code = _run()
     except KeyboardInterrupt:
-        code = _say("Interrupted", "interrupted", _INTERRUPTED)
+        code = _say("Interrupted", "interrupted", EXIT_INTERRUPTED)
     except DriverError as error:
         code = _say(type(error).__name__, str(error), error.exit_code)
     except MemoryError as error:
@@ -55,7 +55,7 @@ def _run() -> int:
         if _as_json():
             _document("UsageError", error.format_message())
         return int(error.exit_code)
-    if code == _INTERRUPTED and code is not INTERRUPTED:
+    if code == EXIT_INTERRUPTED and code is not INTERRUPTED:
         raise KeyboardInterrupt  # typer made an exit code of it
     return int(code)
 
@@ -71,7 +71,7 @@ def _document(kind: str, message: str) -> None:
 def _say(kind: str, message: str, code: int) -> int:
     if _as_json():
         _document(kind, message)
-    start = "" if code == _INTERRUPTED else "error: "
+    start = "" if code == EXIT_INTERRUPTED else "error: "
     print(f"{start}{message}", file=sys.stderr)
     return code
 

@@ -8,13 +8,17 @@ from typing import Annotated, NoReturn, Optional
 
 import typer
 
+from liggghts_driver.cli import EXIT_INTERRUPTED
+
 
 class _Told(int):
     """An exit code that comes with a message already."""
 
 
+#: What is said of a command that goes on with what it began.
+GOES_ON = "interrupted; the same command goes on from there"
 #: Exit code of a program that Ctrl-C ended, and that said so.
-INTERRUPTED = _Told(130)
+INTERRUPTED = _Told(EXIT_INTERRUPTED)
 #: Wall time between two checkpoints: a crash of the machine costs a run no more than this.
 CHECKPOINT_EVERY_S = 900.0
 
@@ -46,8 +50,8 @@ Cores = Annotated[
 Json = Annotated[bool, typer.Option("--json", help="Print one JSON document and nothing else.")]
 
 
-def interrupted(words: str, *, as_json: bool, **facts: str) -> NoReturn:
-    """Say that a command was interrupted, and end it."""
+def interrupted(words: str, *, as_json: bool = False, **facts: str) -> NoReturn:
+    """Say that a command was interrupted, and end it; as a document where it has none yet."""
     if as_json:
         typer.echo(json.dumps({"interrupted": words, **facts}, indent=2))
     typer.echo(words, err=True)

@@ -7,7 +7,7 @@ from typing import Annotated, Optional
 
 import typer
 
-from liggghts_driver.cli.options import INTERRUPTED, RUNS, Cores, Json, Runs
+from liggghts_driver.cli.options import GOES_ON, RUNS, Cores, Json, Runs, interrupted
 from liggghts_driver.cli.work_here import work_here
 
 DOCS = Path("docs")
@@ -61,7 +61,6 @@ def paper(
     written = write_all(runs, docs)
     show_paper.paper(written, as_json=as_json)
     if stopped:
-        typer.echo("interrupted; the same command goes on from there", err=True)
-        raise typer.Exit(INTERRUPTED)
+        interrupted(GOES_ON)
     if any(point.answer is None for point in written.stored.points(*(only or ()))):
         raise typer.Exit(1)

@@ -7,8 +7,9 @@ import sys
 import time
 from typing import TYPE_CHECKING
 
-from rich.console import Console
 from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeRemainingColumn
+
+from liggghts_driver.cli.terminal import new_console
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -101,7 +102,7 @@ class Lines(Follower):
 @contextlib.contextmanager
 def follow(*, quiet: bool) -> Iterator[Follower]:
     """What follows a run: a bar on a terminal, lines elsewhere, nothing when quiet."""
-    console = Console(stderr=True, emoji=False)
+    console = new_console(stderr=True)
     if quiet:
         yield Follower()
     elif not console.is_terminal:

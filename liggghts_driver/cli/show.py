@@ -5,13 +5,16 @@ from __future__ import annotations
 import json
 from typing import TYPE_CHECKING, Any
 
-from rich.console import Console
 from rich.table import Table
 from rich.text import Text
+
+from liggghts_driver.cli.terminal import new_console
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
     from pathlib import Path
+
+    from rich.console import Console
 
     from liggghts_driver.engine.doctor import Finding
 
@@ -40,7 +43,7 @@ def results(answer: Mapping[str, Any], path: Path, *, reused: bool, as_json: boo
     if as_json:
         document({**answer, "run_directory": str(path), "reused": reused})
         return
-    console = Console(soft_wrap=True, emoji=False)
+    console = new_console(soft_wrap=True)
     if reused:
         told = f"{path} holds this run, finished; nothing was computed again"
         console.print(told, markup=False)
@@ -119,7 +122,7 @@ def estimate(answer: Mapping[str, Any], *, as_json: bool) -> None:
     if as_json:
         document(answer)
         return
-    console = Console(soft_wrap=True, emoji=False)
+    console = new_console(soft_wrap=True)
     columns = {name: _list(answer[name]) for name in _PER_GRADIENT}
     for name, value in answer.items():
         if isinstance(value, float) and name not in _PER_GRADIENT:
@@ -156,7 +159,7 @@ def explanation(facts: Mapping[str, Any], *, as_json: bool) -> None:
     if as_json:
         document(facts)
         return
-    console = Console(soft_wrap=True, emoji=False)
+    console = new_console(soft_wrap=True)
     _accuracy(console, facts)
     console.print(_effects(facts["effects"]))
     for effect in facts["effects"]:
@@ -222,7 +225,7 @@ def doctor(findings: Sequence[Finding], *, as_json: bool) -> None:
     if as_json:
         document([vars(finding) for finding in findings])
         return
-    console = Console(soft_wrap=True, emoji=False)
+    console = new_console(soft_wrap=True)
     for finding in findings:
         mark = "ok     " if finding.found else "missing"
         console.print(f"{mark} {finding.name}: {finding.detail}", markup=False, highlight=False)

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
 from liggghts_driver.cli.show import document
+from liggghts_driver.cli.terminal import new_console
 from liggghts_driver.report.numbers import NONE, fixed, number
 
 if TYPE_CHECKING:
@@ -21,7 +21,7 @@ def exact(results: Mapping[str, Any], folder: Path, *, as_json: bool) -> None:
     if as_json:
         document({**results, "folder": str(folder)})
         return
-    console = Console(highlight=False, emoji=False)
+    console = new_console(highlight=False)
     console.print(_table(results))
     for bug in results["bugs"]:
         console.print(bug, markup=False, soft_wrap=True)

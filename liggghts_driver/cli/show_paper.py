@@ -5,10 +5,10 @@ from __future__ import annotations
 import json
 from typing import TYPE_CHECKING
 
-from rich.console import Console
 from rich.table import Table
 
 from liggghts_driver.cli.show import document
+from liggghts_driver.cli.terminal import new_console
 from liggghts_driver.paper.page import context_of
 from liggghts_driver.paper.stored import to_text
 
@@ -27,7 +27,7 @@ def paper(written: Written, *, as_json: bool) -> None:
         return
     found, console = (
         context_of(written.stored),
-        Console(soft_wrap=True, highlight=False, emoji=False),
+        new_console(soft_wrap=True, highlight=False),
     )
     console.width = max(console.width, _TABLE_WIDTH)
     heads, _, *rows = [_cells(line) for line in found["tables"]["flow"].splitlines()]

@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections import Counter
 from typing import TYPE_CHECKING, Any
 
-from rich.console import Console
 from rich.table import Table
 
 from liggghts_driver.cli.show import document
+from liggghts_driver.cli.terminal import new_console
 from liggghts_driver.report.numbers import NONE, number
 from liggghts_driver.studies.sabotage import (
     HALF,
@@ -22,6 +22,8 @@ from liggghts_driver.studies.sabotage import (
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
     from pathlib import Path
+
+    from rich.console import Console
 
 _HEADS = ("case", "hardest", "worst", "limit", "margin", "then")
 _NUMBERS = frozenset({"worst", "limit", "margin"})
@@ -51,7 +53,7 @@ def stability(results: Mapping[str, Any], folder: Path, *, as_json: bool) -> Non
     if as_json:
         document({**results, "folder": str(folder)})
         return
-    console = Console(highlight=False, markup=False, emoji=False)
+    console = new_console(highlight=False, markup=False)
     _cases(results, console)
     if results["on_purpose"]:
         _on_purpose(results, console)

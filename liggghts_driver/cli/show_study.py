@@ -4,16 +4,18 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
 from liggghts_driver.cli.show import document
+from liggghts_driver.cli.terminal import new_console
 from liggghts_driver.report.numbers import NONE, number, quantity, with_error
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
     from pathlib import Path
+
+    from rich.console import Console
 
 #: Numbers of steps that differ by more than this are told: they are not the effect's own cost.
 _OTHER_STEPS = 0.01
@@ -24,7 +26,7 @@ def effects(results: Mapping[str, Any], folder: Path, *, as_json: bool) -> None:
     if as_json:
         document({**results, "folder": str(folder)})
         return
-    console = Console(highlight=False, emoji=False)
+    console = new_console(highlight=False)
     base, *others = results["variants"]
     if others:
         console.print(_costs(base, others))
@@ -152,7 +154,7 @@ def accuracy(results: Mapping[str, Any], folder: Path, *, as_json: bool) -> None
     if as_json:
         document(results)
         return
-    console = Console(soft_wrap=True, emoji=False)
+    console = new_console(soft_wrap=True)
     table = Table(box=None, pad_edge=False)
     for name in results["shown"]:
         table.add_column(name.replace("_", " ").removesuffix(" 1"), no_wrap=True)

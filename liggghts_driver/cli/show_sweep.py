@@ -7,13 +7,13 @@ import sys
 import time
 from typing import TYPE_CHECKING, Any
 
-from rich.console import Console
 from rich.live import Live
 from rich.progress_bar import ProgressBar
 from rich.table import Table
 from rich.text import Text
 
 from liggghts_driver.cli.show import document
+from liggghts_driver.cli.terminal import new_console
 from liggghts_driver.report.numbers import number
 from liggghts_driver.scene.canonical import canonical_json
 from liggghts_driver.sweeps.cost import plan_cost
@@ -39,7 +39,7 @@ _LISTED = 10
 
 def preview(plan: Plan, points: Sequence[Point], folder: Path, free_bytes: float) -> None:
     """What a sweep is about to do: its points, what they cost, and the disk they take."""
-    facts, console = _facts(plan, points), Console(soft_wrap=True, emoji=False)
+    facts, console = _facts(plan, points), new_console(soft_wrap=True)
     table = Table(box=None, show_header=False, pad_edge=False)
     table.add_row("sweep", Text(plan.title))
     table.add_row("points", f"{facts['points']}, {facts['runs']} runs, {facts['to_do']} to do")
@@ -106,7 +106,7 @@ def status(
         known = {"points": counted, "verdicts": verdicts, **counts}
         document({"folder": str(folder), **known, "failed": troubles})
         return
-    console = Console(soft_wrap=True, emoji=False)
+    console = new_console(soft_wrap=True)
     table = Table("points", "", box=None, pad_edge=False, show_header=False)
     table.add_row("points", str(len(plan.points)))
     rows = {f"  {state}": n for state, n in counted.items() if n or state == "done"}
@@ -130,7 +130,7 @@ def collected(found: Collected, folder: Path, *, as_json: bool) -> None:
         known = {"points": len(found.points), "verdicts": verdicts}
         document({"page": str(found.page), "files": files, **known, "notes": list(found.notes)})
         return
-    console = Console(soft_wrap=True, emoji=False)
+    console = new_console(soft_wrap=True)
     for note in found.notes:
         console.print(f"note: {note}", markup=False)
     console.print(f"{len(found.points)} points, {len(found.pooled)} combinations")
@@ -221,7 +221,7 @@ class _Board(_Progress):
 @contextlib.contextmanager
 def following(tasks: Sequence[Task], cores: int, *, quiet: bool) -> Iterator[Listener]:
     """What follows a sweep: a live table on a terminal, lines elsewhere, nothing when quiet."""
-    console = Console(stderr=True, emoji=False)
+    console = new_console(stderr=True)
     if quiet or not tasks:
         yield Listener()
     elif not console.is_terminal:

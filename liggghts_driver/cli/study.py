@@ -11,6 +11,7 @@ import typer
 
 from liggghts_driver.cli.options import (
     CHECKPOINT_EVERY_S,
+    GOES_ON,
     RUNS,
     Json,
     Overrides,
@@ -170,7 +171,7 @@ def _run(
     with show_sweep.following(to_do, cores, quiet=quiet) as listener:
         outcomes = (run_side_by_side if side_by_side else run_tasks)(tasks, stop, listener)
     if stop.asked:
-        interrupted("interrupted; the same command goes on from there", as_json=quiet)
+        interrupted(GOES_ON, as_json=quiet)
     for name, outcome in outcomes.items():
         if outcome.ending != "done" and name_failures:
             typer.echo(f"{outcome.ending}: {name}: {outcome.reason}", err=True)

@@ -17,12 +17,14 @@ import typer
 
 from liggghts_driver.cli.options import (
     CHECKPOINT_EVERY_S,
+    GOES_ON,
     INTERRUPTED,
     RUNS,
     Cores,
     Json,
     Overrides,
     Runs,
+    interrupted,
 )
 from liggghts_driver.cli.work_here import work_here
 
@@ -130,8 +132,7 @@ def _run_here(
     stopped = work_here(tasks, tries, cores, quiet=place.as_json)
     counted = _report(plan, place)
     if stopped:
-        typer.echo("interrupted; the same command goes on from there", err=True)
-        raise typer.Exit(INTERRUPTED)
+        interrupted(GOES_ON)
     if counted["done"] < len(plan.points):
         raise typer.Exit(1)
 

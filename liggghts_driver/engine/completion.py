@@ -11,12 +11,10 @@ import re
 import signal
 from typing import TYPE_CHECKING
 
-import pandas as pd
-
 from liggghts_driver.deck.build import FRAME_COLUMNS
 from liggghts_driver.errors import ParseError
 from liggghts_driver.results.binarydump import iter_binary_frames
-from liggghts_driver.results.series import read_run_series, read_series
+from liggghts_driver.results.series import read_parts
 from liggghts_driver.timestep import frame_steps
 
 if TYPE_CHECKING:
@@ -65,7 +63,7 @@ def missing_data(case: Case, run: RunDirectory, thermo: Thermo) -> list[str]:
     checks = (
         _last_step(case, thermo),
         _spheres(case, thermo),
-        _series(case, run),
+        _series(case, run.parts(), case.time.steps),
         _frames(case, run.frame_files(), case.time.steps),
     )
     return [fault for fault in checks if fault]
@@ -73,12 +71,7 @@ def missing_data(case: Case, run: RunDirectory, thermo: Thermo) -> list[str]:
 
 def missing_so_far(case: Case, run: RunDirectory, step: int) -> list[str]:
     """What of an unfinished run's data is not there, or not whole, up to a checkpoint."""
-    try:
-        parts = [read_series(part.engine_series) for part in run.segments()]
-    except ParseError as error:
-        return [str(error)]
-    table = pd.concat(parts, ignore_index=True)
-    checks = (_rows(case, table, step), _frames(case, run.kept_frame_files(), step))
+    checks = (_series(case, run.segments(), step), _frames(case, run.kept_frame_files(), step))
     return [fault for fault in checks if fault]
 
 
@@ -129,19 +122,15 @@ def _spheres(case: Case, thermo: Thermo) -> str | None:
     )
 
 
-def _series(case: Case, run: RunDirectory) -> str | None:
+def _series(case: Case, parts: Sequence[RunDirectory], end: int) -> str | None:
+    """Whether the series has every row up to some step."""
     try:
-        return _rows(case, read_run_series(run), case.time.steps)
+        steps = read_parts(parts)["step"]
     except ParseError as error:
         return str(error)
-
-
-def _rows(case: Case, table: pd.DataFrame, end: int) -> str | None:
-    """Whether a series has every row up to some step."""
-    steps, every = table["step"], case.time.sample_every
+    last, every = int(steps.iloc[-1]) if len(steps) else 0, case.time.sample_every
     if steps.tolist() == list(range(every, end + 1, every)):
         return None
-    last = int(steps.iloc[-1]) if len(steps) else 0
     return f"the series ends at step {last} of {end}, or has gaps"
 
 

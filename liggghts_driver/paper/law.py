@@ -126,9 +126,7 @@ def slow_gradients() -> tuple[float, float]:
 
 def free_flight_m_s(gradient_pa_m: float, scene: Scene | None = None) -> float:
     """The speed at which a lone mean particle flies inside the specimen (Eqs. 17-20)."""
-    fluid, radius = _flier(scene)
-    force = pressure_force_n(radius, gradient_pa_m)
-    return free_flight_speed_m_s(fluid.density, fluid.viscosity, radius, force)
+    return _balanced_m_s(pressure_force_n(_flier(scene)[1], gradient_pa_m), scene)
 
 
 def free_flight_reynolds(gradient_pa_m: float, scene: Scene | None = None) -> float:
@@ -175,19 +173,28 @@ def suspension_speed_m_s(time_s: float) -> float:
 
     It lags by the speed at which drag gives it the piston's acceleration (Eqs. 17-19).
     """
-    (fluid, radius), piston, particles = _flier(None), example().piston, example().particles
+    piston = example().piston
     assert piston is not None
-    assert particles.density is not None
-    force = particles.density * sphere_volume_m3(radius) * piston.acceleration
-    lag = free_flight_speed_m_s(fluid.density, fluid.viscosity, radius, force)
+    lag = _balanced_m_s(_particle_mass_kg() * piston.acceleration)
     return piston.acceleration * time_s - lag
 
 
 def free_flight_by_volume_m_s(gradient_pa_m: float) -> float:
     """Free flight if the gradient pushed with volume times gradient, not with Eq. 20."""
-    fluid, radius = _flier(None)
-    force = sphere_volume_m3(radius) * gradient_pa_m
-    return free_flight_speed_m_s(fluid.density, fluid.viscosity, radius, force)
+    return _balanced_m_s(sphere_volume_m3(_flier(None)[1]) * gradient_pa_m)
+
+
+def _balanced_m_s(force_n: float, scene: Scene | None = None) -> float:
+    """The speed at which drag balances a force on a mean particle (Eqs. 17-19)."""
+    fluid, radius = _flier(scene)
+    return free_flight_speed_m_s(fluid.density, fluid.viscosity, radius, force_n)
+
+
+def _particle_mass_kg() -> float:
+    """Of the example's mean particle."""
+    density = example().particles.density
+    assert density is not None
+    return density * sphere_volume_m3(_flier(None)[1])
 
 
 def mixture_reynolds(gradient_pa_m: float) -> float:
@@ -215,10 +222,7 @@ def drag_over_pressure_force(time_s: float, gradient_pa_m: float) -> float:
 
 def carried_m(speed_m_s: float, gradient_pa_m: float) -> float:
     """How far a lone mean particle gets ahead of one in free flight that enters so fast."""
-    fluid, radius = _flier(None)
-    particles = example().particles
-    assert particles.density is not None
-    mass = particles.density * sphere_volume_m3(radius)
+    (fluid, radius), mass = _flier(None), _particle_mass_kg()
     force, free = pressure_force_n(radius, gradient_pa_m), free_flight_m_s(gradient_pa_m)
 
     def slows(_time_s: float, state: FloatArray) -> list[float]:

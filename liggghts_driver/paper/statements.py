@@ -125,8 +125,7 @@ def _velocities() -> Statement:
 
 def _travel() -> Statement:
     scene = law.example()
-    assert scene.specimen is not None
-    length, end = scene.specimen.length / 2.0, scene.time.duration
+    length, end = law.to_the_middle_m(), scene.time.duration
     times = {
         row.gradient_pa_m: length / max(row.velocity_m_s[1], law.free_flight_m_s(row.gradient_pa_m))
         for row in TABLE_1

@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from liggghts_driver.errors import RunFolderError
 from liggghts_driver.outputs import require_free_names, write_text
 from liggghts_driver.paper.collect import collect
 from liggghts_driver.paper.figures import DRAWINGS, draw_figures
@@ -49,10 +48,7 @@ def require_own_docs(docs: Path) -> None:
         ours = WRITTEN_BY in page.read_text(encoding="utf-8", errors="replace")
     except OSError:
         ours = False
-    try:
-        require_free_names(docs, ["paper.md", *names], ours=ours)
-    except RunFolderError as error:
-        raise RunFolderError(str(error).replace("--out", "--docs")) from None
+    require_free_names(docs, ["paper.md", *names], ours=ours, option="--docs")
 
 
 def write_all(runs: Path, docs: Path) -> Written:

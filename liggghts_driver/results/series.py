@@ -12,6 +12,7 @@ from liggghts_driver.physics.drag import reynolds
 from liggghts_driver.prediction import pore_velocity_m_s
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
     from pathlib import Path
 
     from liggghts_driver.case import Case
@@ -26,8 +27,12 @@ def read_run_series(run: RunDirectory) -> pd.DataFrame:
     ParseError
         If a part has no series, or one that is not what it should be.
     """
-    parts = [read_series(part.engine_series) for part in run.parts()]
-    return pd.concat(parts, ignore_index=True)
+    return read_parts(run.parts())
+
+
+def read_parts(parts: Sequence[RunDirectory]) -> pd.DataFrame:
+    """The same of some parts of a run, in the order of time."""
+    return pd.concat([read_series(part.engine_series) for part in parts], ignore_index=True)
 
 
 def read_series(path: Path) -> pd.DataFrame:

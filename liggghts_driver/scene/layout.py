@@ -66,16 +66,21 @@ def particle_count(scene: Scene, layout: Layout) -> int:
     if particles.volume_fraction is None or particles.radius_mean is None:
         return 0
     volume_m3 = math.prod(b - a for a, b in zip(layout.fill_low, layout.fill_high, strict=True))
-    one_m3 = mean_particle_volume_m3(particles)
-    expected = particles.volume_fraction * volume_m3 / one_m3 if one_m3 else math.inf
+    expected = expected_count(particles, particles.volume_fraction * volume_m3)
     require_placeable(expected, "particles", "the reservoir or the box, or particles.radius_mean")
     if particles.volume_fraction > 0.0 and round(expected) == 0:
         raise PackingError(
             f"particles.volume_fraction = {particles.volume_fraction:g} of {volume_m3:.3g} m3 is "
-            f"less than one particle of {one_m3:.3g} m3; make the reservoir longer or the "
-            "particles smaller, or give particles.count"
+            f"less than one particle of {mean_particle_volume_m3(particles):.3g} m3; make the "
+            "reservoir longer or the particles smaller, or give particles.count"
         )
     return round(expected)
+
+
+def expected_count(radii: Radii, volume_m3: float) -> float:
+    """How many spheres of a distribution have a volume together; infinite if one has none."""
+    one_m3 = mean_particle_volume_m3(radii)
+    return volume_m3 / one_m3 if one_m3 else math.inf
 
 
 def require_placeable(expected: float, what: str, keys: str) -> None:
