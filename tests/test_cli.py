@@ -13,12 +13,15 @@ import time
 from pathlib import Path
 
 import pytest
-from small_scenes import COLLISION, INFILTRATION, changed
+from small_scenes import COLLISION, INFILTRATION, changed, scene_of
+from test_interruption import interrupt
 
 from liggghts_driver import __version__
 from liggghts_driver.cli import main
+from liggghts_driver.cli.study import stability_folder
 from liggghts_driver.errors import SceneError
 from liggghts_driver.resources import cases_dir
+from liggghts_driver.solve import solve
 
 COMMANDS = ["run", "report", "deck", "estimate", "explain", "doctor", "schema", "study", "sweep"]
 INFILTRATION_CASE = str(cases_dir() / "infiltration.toml")
@@ -169,6 +172,45 @@ class TestEveryFailureIsADocument:
         kept = Path(message.rpartition(" ")[2])
         assert "Traceback" in kept.read_text()
         kept.unlink()
+
+    def test_a_study_in_a_folder_of_somebody_else(self, cli, infiltration, tmp_path, engine):
+        (tmp_path / "effects.csv").write_text("mine")
+        ended = cli("study", "effects", infiltration, "--out", ".", "--json")
+        assert (ended.code, ended.document["error"]) == (2, "RunFolderError")
+        assert (tmp_path / "effects.csv").read_text() == "mine"
+        assert not (tmp_path / "runs").exists()
+
+    def test_a_part_of_a_study_has_a_folder_of_its_own(self):
+        folders = [stability_folder(words) for words in ([], ["quick"], ["on_wall", "no-margin"])]
+        assert [folder.name.removeprefix("study-stability") for folder in folders] == [
+            "", "-quick", "-on_wall-no-margin"
+        ]  # fmt: skip
+
+    def test_a_run_that_begins_again_says_so(self, cli, collision, case, run, engine):
+        engine("slow")
+        interrupt(case, run)
+        next(run.segments()[0].restarts.iterdir()).unlink()
+        engine("")
+        ended = cli("run", collision, "--out", run.path)
+        assert "note: begun again from its start, since " in ended.err
+
+    @pytest.mark.parametrize("ranks", [0, -1, 1.5])
+    def test_ranks_from_python(self, ranks, tmp_path):
+        with pytest.raises(SceneError, match="ranks = "):
+            solve(scene_of(COLLISION), tmp_path / "run", ranks)
+
+    def test_a_byte_order_mark(self, cli, tmp_path):
+        text = Path(TWO_SPHERES).read_text(encoding="utf-8")
+        (tmp_path / "marked.toml").write_text(text, encoding="utf-8-sig")
+        assert cli("explain", "marked.toml").code == 0
+
+    @pytest.mark.parametrize("columns", [40, 80])
+    def test_no_number_is_cut_in_a_narrow_window(self, cli, monkeypatch, columns):
+        monkeypatch.setenv("COLUMNS", str(columns))
+        told = cli("estimate", INFILTRATION_CASE).out
+        assert "1.859e-06" in told
+        assert "0.002753" in told
+        assert "\u2026" not in told
 
     def test_names_that_look_like_markup_stay(self, cli, collision, engine):
         for _ in range(2):

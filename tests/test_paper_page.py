@@ -114,6 +114,17 @@ class TestTheCommand:
         png = (tmp_path / "docs/images/paper-friction.png").read_bytes()
         assert record["paper-friction"]["sha256"] == hashlib.sha256(png).hexdigest()
 
+    def test_a_page_of_somebody_else_stops_it_before_anything_runs(
+        self, cli, tmp_path, monkeypatch
+    ):
+        page = tmp_path / "docs" / "paper.md"
+        page.parent.mkdir()
+        page.write_text("mine", encoding="utf-8")
+        monkeypatch.setattr("liggghts_driver.paper.tasks.tasks_to_do", pytest.fail)
+        code, printed = cli()
+        assert (code, "holds paper.md" in printed) == (2, True)
+        assert page.read_text(encoding="utf-8") == "mine"
+
     def test_json(self, cli):
         _, printed = cli("--collect-only", "--json")
         assert [s["name"] for s in json.loads(printed)["results"]["sweeps"]] == list(SWEEPS)

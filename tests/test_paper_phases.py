@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 import pytest
-from paper_results import INTERVAL_S, SAMPLES, answer, linear, point, with_points
+from paper_results import INTERVAL_S, SAMPLES, answer, every, linear, point, with_points
 
 from liggghts_driver.paper import law
 from liggghts_driver.paper.catalogue import GRADIENT
@@ -102,3 +102,14 @@ class TestPushes:
             "A piston 26 times lighter (0.215 kg) ",
         ]
         assert "is 55 times the force of 10 Pa/m" in fluid
+
+    @pytest.mark.parametrize(("enters", "empties"), [(0.8e-6, True), (1.2e-6, False)])
+    def test_a_half_that_empties_is_told(self, enters, empties):
+        """1.15e-6 m3/s leave it past the middle; the heavy piston has 1.7e-6 and 1.2e-6."""
+
+        def made(name, replicate):
+            return answer(enters, 1.15e-6) if name == "piston_mass" else answer(1.7e-6, 1.2e-6)
+
+        told = " ".join(push_answer(every(made)))
+        assert "So the piston counts at the entrance." in told
+        assert ("the half between empties" in told) == empties

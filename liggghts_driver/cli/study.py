@@ -254,8 +254,7 @@ def stability(
     folder = runs or (out or STABILITY) / "runs"
     chosen_of_it = {"quick": quick, "no-margin": no_margin, "no-broken": no_broken}
     words = [*(cases or ()), *(word for word, given in chosen_of_it.items() if given)]
-    # The whole study takes long: what is chosen of it does not take its place.
-    place = out or STABILITY.with_name("-".join([STABILITY.name, *words])[:_LONGEST_NAME])
+    place = out or stability_folder(words)
     require_study_folder(place, "stability")
     run = partial(_run, quiet=as_json, name_failures=False)
     studied = study_stability(chosen, folder, run, margins=not no_margin)
@@ -265,3 +264,11 @@ def stability(
     show_stability.stability(results, place, as_json=as_json)
     if results["broken"] or results["hidden"]:
         raise typer.Exit(1)
+
+
+def stability_folder(words: Sequence[str]) -> Path:
+    """Where the study of stability goes, given what is chosen of it.
+
+    The whole study takes long: a part of it does not take its place.
+    """
+    return STABILITY.with_name("-".join([STABILITY.name, *words])[:_LONGEST_NAME])
